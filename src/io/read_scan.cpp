@@ -243,6 +243,7 @@ OpenedScan open_zarr(const fs::path& folder, const ScanOptions& options) {
     apply_spacing(folder, image.has_units, options, image.geometry);
     OpenedScan out(folder);
     out.has_spacing = image.has_spacing || options.spacing;
+    out.oriented = image.oriented;
     out.geometry = image.geometry;
     out.type = loaded_type(image);
     out.warnings = image.warnings;

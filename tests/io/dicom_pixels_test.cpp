@@ -262,6 +262,55 @@ TEST(DicomTable, LosslessTransferSyntaxesGiveTheSamePixels) {
     }
 }
 
+// Encoders may state all bits of a cell instead of the stored ones.
+TEST(DicomTable, StreamsOfMoreBitsThanTheStoredOnesKeepTheirSign) {
+    constexpr int width = 4, height = 2;
+    const std::vector<std::int16_t> values = {-2048, -1024, -1, 0, 1, 77, 1024, 2047};
+    std::vector<std::uint16_t> cells;
+    for (const std::int16_t value : values) cells.push_back(static_cast<std::uint16_t>(value & 0xfff));
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    for (const auto& [syntax, stream] :
+         {std::pair<std::string, std::string>{"1.2.840.10008.1.2.4.80", jpeg_ls(width, height, cells, 16)},
+          {"1.2.840.10008.1.2.4.90", jpeg_2000(width, height, cells, 16)},
+          {"1.2.840.10008.1.2.4.57", lossless_jpeg(width, height, cells, 16, 1, false)}}) {
+        SCOPED_TRACE(syntax);
+        const TemporaryFolder folder;
+        DicomWriter s;
+        s.pixel_format(16, 12, true);
+        s.pixels(width, height, cells);
+        s.compressed_syntax = syntax;
+        s.fragments = {even(stream)};
+        EXPECT_EQ(samples_of<std::int16_t>(read_scan(s.write(folder / "one.dcm"), options)), values);
+    }
+}
+
+// Some encoders write zeros for the range of frequencies of a sequential scan.
+TEST(DicomTable, SequentialJpegNeedNotStateItsFrequencies) {
+    using namespace std::string_literals;
+    constexpr int width = 20, height = 12;
+    for (const int bits : {8, 12}) {
+        DicomWriter s;
+        s.pixel_format(bits == 8 ? 8 : 16, bits, false);
+        s.pixels(width, height, std::vector<std::uint16_t>(width * height));
+        s.compressed_syntax = bits == 8 ? "1.2.840.10008.1.2.4.50" : "1.2.840.10008.1.2.4.51";
+        std::string stream = flat_jpeg(width, height, {1, 100, 50, 7, 33, 77}, bits, false);
+        const TemporaryFolder folder;
+        ScanOptions options;
+        options.spacing = Vec3d{1, 1, 1};
+        const auto read = [&] {
+            s.fragments = {even(stream)};
+            return samples_of<std::int16_t>(read_scan(s.write(folder / "one.dcm"), options));
+        };
+        const std::vector<std::int16_t> expected = read();
+        const std::size_t scan = stream.find("\xff\xda\0\x08\x01"s);
+        ASSERT_NE(scan, stream.npos);
+        ASSERT_EQ(stream.substr(scan + 7, 3), "\0\x3f\0"s);
+        stream.replace(scan + 7, 3, "\0\0\0"s);
+        EXPECT_EQ(read(), expected);
+    }
+}
+
 TEST(DicomTable, LossyTransferSyntaxesGiveNearlyTheSamePixels) {
     constexpr int width = 20, height = 12;  // 3 x 2 blocks, incomplete at two sides
     for (const int bits : {8, 12}) {

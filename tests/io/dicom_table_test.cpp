@@ -206,6 +206,14 @@ TEST(DicomTable, FilesWithoutAnImageAreSkipped) {
 
 TEST(DicomTable, EnhancedMultiFrame) {
     TemporaryFolder folder;
+    for (const Form form : {Form::explicit_little, Form::explicit_big}) {
+        // Programs that do not know the functional groups store them with an unknown VR.
+        DicomWriter unknown = enhanced(5, Form::implicit_little);
+        unknown.form = form;
+        unknown.elements[0x52009229].first = unknown.elements[0x52009230].first = "UN";
+        unknown.write(folder / "frames.dcm");
+        EXPECT_EQ(read_scan(folder.path()).geometry().spacing, (Vec3d{4, 3, 2}));
+    }
     enhanced(5).write(folder / "frames.dcm");
     const Volume v = read_scan(folder / "frames.dcm");
     auto expected = volume_samples(5);
@@ -324,6 +332,42 @@ TEST(DicomTable, SlicesWithoutAPositionNeedASpacing) {
         EXPECT_EQ(v.geometry().spacing, *options.spacing);
         EXPECT_EQ(info.warnings.size(), tag == 0x00280030u ? 0u : 1u);
     }
+}
+
+// Without positions, only numbers tell the order of slices: those of two phases would be mixed.
+TEST(DicomTable, NumbersOfSlicesWithoutAPositionAreChecked) {
+    const auto write = [](const TemporaryFolder& folder, const std::vector<std::string>& numbers) {
+        for (std::size_t k = 0; k < numbers.size(); ++k) {
+            DicomWriter s = slice(static_cast<int>(k), 0);
+            s.elements.erase(0x00200032u);
+            if (!numbers[k].empty()) s.text(0x00200013, "IS", numbers[k]);
+            s.write(folder / ("s" + std::to_string(k + 8)));  // s8, s9, s10
+        }
+    };
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    for (const auto& numbers : {std::vector<std::string>{"1", "2", "2"}, {"1", "2", ""}}) {
+        const TemporaryFolder folder;
+        write(folder, numbers);
+        contains(refusal<GeometryError>(folder.path(), options), "do not tell the order");
+    }
+    ScanInfo info;
+    const TemporaryFolder gap;
+    write(gap, {"1", "2", "5"});
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(gap.path(), options, &info)), volume_samples(3));
+    contains(info.warnings.at(1), "grow by 3 from 's9' to 's10' and by 1 elsewhere");
+    const TemporaryFolder none;
+    write(none, {"", "", ""});
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(none.path(), options, &info)), volume_samples(3));
+    contains(info.warnings.at(0), "by the names of their files");
+}
+
+TEST(DicomTable, PositionsMayNotContradictTheOrientation) {
+    const TemporaryFolder folder;
+    write_series(folder, 3, "s", [](DicomWriter& s, int k) {
+        s.position("0\\" + std::to_string(2 * k) + "\\" + std::to_string(0.04 * k));
+    });
+    contains(refusal<GeometryError>(folder.path()), "contradict its orientation");
 }
 
 TEST(DicomTable, ASpacingMayNotContradictTheHeaders) {

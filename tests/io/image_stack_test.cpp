@@ -11,6 +11,8 @@
 namespace marrow::test {
 namespace {
 
+using namespace std::string_literals;
+
 TEST(ImageStack, FolderOfSlicesInNaturalOrder) {
     TemporaryFolder folder;
     ScanOptions options;
@@ -203,6 +205,65 @@ TEST(ImageStack, TiffOfSeveralPages) {
     EXPECT_EQ(v.geometry().dims[2], 2);
     EXPECT_EQ(info.format, ScanFormat::tiff);
     contains(refusal<GeometryError>(path), "options.spacing");
+}
+
+// A TIFF of pages of 2 x 2 samples, each page with its number, and with `more` bytes at the end.
+fs::path described_tiff(const fs::path& path, int pages, const std::string& description,
+                        const std::string& more = "") {
+    TIFF* out = TIFFOpen(path.c_str(), "w");
+    for (int page = 0; page < pages; ++page) {
+        TIFFSetField(out, TIFFTAG_IMAGEWIDTH, 2);
+        TIFFSetField(out, TIFFTAG_IMAGELENGTH, 2);
+        TIFFSetField(out, TIFFTAG_BITSPERSAMPLE, 8);
+        TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+        if (page == 0) TIFFSetField(out, TIFFTAG_IMAGEDESCRIPTION, description.c_str());
+        std::array<std::uint8_t, 4> samples;
+        samples.fill(static_cast<std::uint8_t>(page));
+        TIFFWriteScanline(out, samples.data(), 0, 0);
+        TIFFWriteScanline(out, samples.data() + 2, 1, 0);
+        TIFFWriteDirectory(out);
+    }
+    TIFFClose(out);
+    return write_file(path, read_file(path) + more);
+}
+
+// ImageJ and OME put the slices of several channels or times into the pages of one file, one after the other.
+TEST(ImageStack, TiffPagesOfSeveralChannelsOrTimesAreRefused) {
+    const TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    const auto ome = [](int z, int c, int t) {
+        return "<?xml version=\"1.0\"?><OME><Image><Pixels SizeZ=\"" + std::to_string(z) + "\" SizeC=\"" +
+               std::to_string(c) + "\" SizeT=\"" + std::to_string(t) + "\"/></Image></OME>";
+    };
+    for (const std::string& description :
+         {"ImageJ=1.53t\nimages=8\nchannels=2\nslices=4\nhyperstack=true\n"s,
+          "ImageJ=1.53t\nimages=8\nslices=2\nframes=4\n"s, "ImageJ=1.53t\nimages=8\nchannels=8\n"s,
+          ome(4, 2, 1), ome(2, 1, 4)}) {
+        SCOPED_TRACE(description);
+        contains(refusal<InputError>(described_tiff(folder / "t.tif", 8, description), options),
+                 "several channels or times");
+    }
+    for (const std::string& description :
+         {"ImageJ=1.53t\nimages=8\nslices=8\n"s, "ImageJ=1.53t\nimages=8\nframes=8\n"s, ome(8, 1, 1),
+          ome(8, 2, 1), "channels=2"s}) {
+        SCOPED_TRACE(description);
+        EXPECT_EQ(read_scan(described_tiff(folder / "t.tif", 8, description), options).geometry().dims[2], 8);
+    }
+}
+
+// Beyond 4 GiB, ImageJ describes the first image alone. A page that another program took out of a stack still
+// has the stack's description.
+TEST(ImageStack, ATiffOfImageJWhosePagesAreNotDescribedIsRefused) {
+    const TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    const std::string description = "ImageJ=1.53t\nimages=200\nslices=200\n";
+    contains(refusal<InputError>(
+                 described_tiff(folder / "t.tif", 1, description, std::string(std::size_t{4} * 199, '\1')),
+                 options),
+             "200 images");
+    EXPECT_EQ(read_scan(described_tiff(folder / "t.tif", 1, description), options).geometry().dims[2], 1);
 }
 
 TEST(ImageStack, BmpRunsFromTheBottom) {

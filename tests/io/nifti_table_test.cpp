@@ -34,6 +34,41 @@ TEST(NiftiTable, SformGoesBeforeQformAndQformBeforeSpacing) {
     contains(info.warnings[0], "neither sform nor qform");
 }
 
+// A NIfTI-2 header of 4 x 3 x 2 samples, with four bytes for extensions.
+std::string second_version(std::int64_t vox_offset) {
+    std::string out(544, '\0');
+    const auto put = [&](std::size_t at, auto value) {
+        const std::string bytes = bytes_of(value);
+        out.replace(at, bytes.size(), bytes);
+    };
+    put(0, std::int32_t{540});
+    out.replace(4, 8, std::string("n+2\0\r\n\x1a\n", 8));
+    put(12, std::int16_t{4});
+    const std::array<std::int64_t, 8> dim = {3, nx, ny, nz, 1, 1, 1, 1};
+    for (std::size_t i = 0; i < 8; ++i) {
+        put(16 + 8 * i, dim[i]);
+        put(104 + 8 * i, 1.0);
+    }
+    put(168, vox_offset);
+    return out;
+}
+
+TEST(NiftiTable, SamplesComeAfterTheHeader) {
+    const TemporaryFolder folder;
+    const auto first_version = [](float vox_offset) {
+        std::string out = nifti().header();
+        return out.replace(108, 4, bytes_of(vox_offset));
+    };
+    const auto write = [&](const std::string& bytes) { return write_file(folder / "n.nii", bytes); };
+    const std::string data = bytes_of(samples());
+    for (const std::string& bytes :
+         {first_version(0) + data, first_version(352) + data, first_version(360) + "8 bytes." + data,
+          second_version(0) + data, second_version(544) + data, second_version(552) + "8 bytes." + data})
+        EXPECT_EQ(samples_of<std::int16_t>(read_scan(write(bytes))), samples());
+    for (const std::string& bytes : {first_version(348), second_version(352), second_version(-8)})
+        contains(refusal<InputError>(write(bytes + data)), "before the end of the header");
+}
+
 TEST(NiftiTable, UnitsOfLength) {
     TemporaryFolder folder;
     NiftiWriter n = nifti();

@@ -67,6 +67,18 @@ TEST(ReadNrrd, SpacingsAndMinsWithoutASpace) {
     expect_at(read("space: LPS\nspace units: \"um\" \"um\" \"um\"\nspace directions: (500,0,0) (0,500,0) "
                    "(0,0,1000)\nspace origin: (1000,0,0)\n"),
               {1, 0, 1}, {1.5, 0, 1});
+    const std::string space_units = "space: LPS\nspace units: \"um\" \"um\" \"um\"\n",
+                      spacings = "spacings: 500 500 1000\naxis mins: 1000 0 0\n";
+    expect_at(read(space_units + spacings), {1, 0, 1}, {1.5, 0, 1});
+    expect_at(read(space_units + spacings + "units: \"um\" \"\" \"mm\"\n"), {1, 1, 1}, {1.5, 0.5, 1000});
+}
+
+TEST(ReadNrrd, KeysMayHaveColons) {
+    TemporaryFolder folder;
+    const std::string keys = "DICOM_0008:0060:=CT\nDICOM_0008:0061:=MR\ncontent: a:=b\n";
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(write_file(
+                  folder / "n.nrrd", nrrd("spacings: 1 1 1\n" + keys) + "\n" + bytes_of(samples())))),
+              samples());
 }
 
 TEST(ReadNrrd, LeftHandedSpaceIsNotMirrored) {
@@ -196,6 +208,16 @@ TEST(ReadMetaImage, DataMayBeInOtherFiles) {
     contains(refusal<InputError>(
                  write_file(folder / "m.mhd", metaimage(space + "BinaryData = False\n", "data.raw"))),
              "text");
+    // A size counts from the beginning of the file, which holds the header too.
+    const std::size_t end = metaimage(space + "HeaderSize = 999\n").size();
+    const std::string header = metaimage(space + "HeaderSize = " + std::to_string(end + 12) + "\n");
+    ASSERT_EQ(header.size(), end);
+    EXPECT_EQ(
+        samples_of<std::int16_t>(read_scan(write_file(folder / "m.mha", header + "twelve bytes" + data))),
+        samples());
+    contains(refusal<InputError>(write_file(folder / "m.mha",
+                                            metaimage(space + "HeaderSize = 9223372036854775807\n") + data)),
+             "truncated");
 }
 
 TEST(ReadVolume, DataOutsideTheHeadersFolderAreRefused) {
@@ -207,15 +229,17 @@ TEST(ReadVolume, DataOutsideTheHeadersFolderAreRefused) {
     for (const std::string& name : {"../secret.raw"s, outside.string(), "sub/../../secret.raw"s, "link.raw"s,
                                     "linked/secret.raw"s, "linked/missing.raw"s}) {
         SCOPED_TRACE(name);
+        const std::string why = name.starts_with("link") ? "a symbolic link that leaves the header's folder"
+                                                         : "not in the header's folder";
         contains(refusal<InputError>(
                      write_file(folder / "in/n.nhdr", nrrd("spacings: 1 1 1\ndata file: " + name + "\n"))),
-                 "not in the header's folder");
+                 why);
         contains(refusal<InputError>(write_file(folder / "in/n.nhdr",
                                                 nrrd("spacings: 1 1 1\ndata file: LIST\n" + name + "\n"))),
-                 "not in the header's folder");
+                 why);
         contains(
             refusal<InputError>(write_file(folder / "in/m.mhd", metaimage("ElementSpacing = 1 1 1\n", name))),
-            "not in the header's folder");
+            why);
     }
 }
 

@@ -45,13 +45,14 @@ inline void write_series(const TemporaryFolder& folder, int count, const std::st
 }
 
 /// An enhanced multi-frame file: positions and rescale are in functional groups, and frames are not in order.
-inline DicomWriter enhanced(int frames) {
-    const auto sequence = [](std::uint32_t tag, const std::string& items) {
-        return DicomWriter::element(tag, "SQ", items, Form::explicit_little);
+/// `groups`: the form of the groups
+inline DicomWriter enhanced(int frames, Form groups = Form::explicit_little) {
+    const auto sequence = [=](std::uint32_t tag, const std::string& items) {
+        return DicomWriter::element(tag, "SQ", items, groups);
     };
-    const auto text = [](std::uint32_t tag, std::string value) {
+    const auto text = [=](std::uint32_t tag, std::string value) {
         if (value.size() % 2 != 0) value += ' ';
-        return DicomWriter::element(tag, "DS", value, Form::explicit_little);
+        return DicomWriter::element(tag, "DS", value, groups);
     };
     DicomWriter out;
     for (const std::uint32_t tag : {0x00200032u, 0x00200037u, 0x00280030u, 0x00281052u, 0x00281053u})

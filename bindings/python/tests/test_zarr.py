@@ -102,6 +102,18 @@ def test_fill_values(tmp_path):
         assert np.array_equal(np.nan_to_num(marrow.read(folder, spacing=(1, 1, 1)).array.astype(float), nan=-77), expected)
 
 
+def test_fill_values_of_integers_may_be_written_as_floats(tmp_path):
+    zarr.open_array(str(tmp_path / "a"), mode="w", shape=(2, 2, 2), chunks=(2, 2, 2), dtype="<i2")
+    metadata = json.loads((tmp_path / "a" / ".zarray").read_text())
+    for value, taken in ((0.0, True), (-5.0, True), (0.5, False), (40000.0, False), (1e300, False)):
+        (tmp_path / "a" / ".zarray").write_text(json.dumps({**metadata, "fill_value": value}))
+        if taken:
+            assert (marrow.read(tmp_path / "a", spacing=(1, 1, 1)).array == value).all()
+        else:
+            with pytest.raises(marrow.InputError, match="fill_value"):
+                marrow.read(tmp_path / "a", spacing=(1, 1, 1))
+
+
 def encode(chunk, order, endian, compressor, checksum):
     data = np.ascontiguousarray(chunk.transpose(order)).astype(chunk.dtype.newbyteorder(endian)).tobytes()
     if compressor:
@@ -224,6 +236,47 @@ def test_axes_in_another_order_keep_their_place(tmp_path):
     write_image(tmp_path / "a", [samples], names="xyz", spacing=(1000.0, 2000.0, 3000.0))
     volume = marrow.read(tmp_path / "a")
     assert np.allclose(volume.affine[:3, :3] @ [5, 4, 3], [3 * 1, 4 * 2, 5 * 3])
+
+
+def change_image(folder, change):
+    attributes = json.loads((folder / ".zattrs").read_text())
+    change(attributes["multiscales"][0])
+    (folder / ".zattrs").write_text(json.dumps(attributes))
+
+
+def test_axes_may_state_where_they_run_in_the_body(tmp_path):
+    samples = random_samples(np.random.default_rng(8), (4, 5, 6), np.dtype("i2"))
+
+    def read(orientations):
+        def orient(image):
+            for axis, value in zip(image["axes"], orientations):
+                axis["orientation"] = {"type": "anatomical", "value": value}
+
+        steps = [{"type": "translation", "translation": [7000, 5000, 3000]}]
+        write_image(tmp_path / "a", [samples], unit="micrometer", spacing=(1000.0,), coordinateTransformations=steps)
+        change_image(tmp_path / "a", orient)
+        return marrow.read(tmp_path / "a")
+
+    volume = read(["inferior-to-superior", "posterior-to-anterior", "left-to-right"])
+    assert np.allclose(volume.affine[:3, 3], [-3, -5, 7]) and volume.warnings == ()
+    assert np.allclose(volume.affine[:3, :3], np.diag([-1, -1, 1]))
+    sagittal = read(["right-to-left", "superior-to-inferior", "anterior-to-posterior"])
+    assert np.allclose(sagittal.affine[:3] @ [1, 2, 3, 1], [7 + 3, 3 + 1, -5 - 2])
+    for orientations in (["inferior-to-superior"], ["ventral-to-dorsal"] * 3):
+        volume = read(orientations)
+        assert np.allclose(volume.affine[:3, :3], np.eye(3)) and "orientation" in volume.warnings[0]
+    with pytest.raises(marrow.InputError, match="two axes"):
+        read(["inferior-to-superior", "left-to-right", "left-to-right"])
+
+
+def test_an_image_without_a_scale_needs_a_spacing(tmp_path):
+    samples = random_samples(np.random.default_rng(8), (4, 5, 6), np.dtype("u1"))
+    write_image(tmp_path / "a", [samples])
+    change_image(tmp_path / "a", lambda image: image["datasets"][0].pop("coordinateTransformations"))
+    with pytest.raises(marrow.GeometryError, match="spacing"):
+        marrow.read(tmp_path / "a")
+    volume = marrow.read(tmp_path / "a", spacing=(1, 2, 3))
+    assert np.array_equal(volume.spacing, [1, 2, 3]) and volume.warnings == ()
 
 
 def test_several_volumes_need_a_choice(tmp_path):

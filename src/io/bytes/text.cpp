@@ -133,10 +133,14 @@ std::filesystem::path sibling_path(const std::filesystem::path& header, std::str
     std::error_code error;
     const auto real_folder = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, error);
     const auto real_file = std::filesystem::weakly_canonical(folder / named, error);
-    if (error || !is_within(named) || !is_within(real_file.lexically_relative(real_folder))) {
+    if (!is_within(named))
         fail<InputError>(header, "its data file {} is not in the header's folder; put both into one folder",
                          quoted(name));
-    }
+    if (error || !is_within(real_file.lexically_relative(real_folder)))
+        fail<InputError>(header,
+                         "its data file {} is a symbolic link that leaves the header's folder; put a copy "
+                         "of the file there",
+                         quoted(name));
     return folder / named;
 }
 

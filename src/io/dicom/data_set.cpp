@@ -75,9 +75,9 @@ class DicomParser {
     DicomDataSet::Element value(const Header& h, int depth) {
         DicomDataSet::Element out{{}, encoding_};
         const std::size_t begin = at_;
+        // A value of unknown VR is encoded without VRs, in any transfer syntax: PS3.5, 6.2.2.
+        if (h.vr == "UN") out.encoding = {false, false};
         if (h.length == kUndefinedLength) {
-            // A value with unknown VR and undefined length is encoded without VRs.
-            if (h.vr == "UN") out.encoding = {false, false};
             DicomParser inner(bytes_, out.encoding, at_);
             at_ = inner.skip_items(depth + 1);
             out.value = bytes_.substr(begin, at_ - begin);

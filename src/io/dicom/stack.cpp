@@ -13,6 +13,8 @@
 #include <marrow/vector.h>
 
 #include "io/bytes/text.h"
+#include "io/scan/image_stack.h"
+#include "io/scan/number_gap.h"
 #include "volumes.h"
 
 namespace marrow::internal::io {
@@ -42,14 +44,15 @@ bool has_position(const DicomFrame& frame) {
     return frame.position && frame.along_row && frame.along_column;
 }
 
-// Sorts by the position along the normal. Slices without a position are sorted by number; that is a guess,
-// which geometry_of accepts only with options.spacing.
+// Sorts by the position along the normal. Slices without a position are sorted by number, or by name without
+// numbers; that is a guess, which geometry_of accepts only with options.spacing.
 void sort_slices(DicomStack& stack) {
     const DicomFrame first = stack.slices[0].frame();
     if (!has_position(first)) {
         std::stable_sort(stack.slices.begin(), stack.slices.end(),
                          [](const DicomSlice& a, const DicomSlice& b) {
-                             return a.file->instance.value_or(0) < b.file->instance.value_or(0);
+                             const int m = a.file->instance.value_or(0), n = b.file->instance.value_or(0);
+                             return m < n || (m == n && natural_less(a.file->path, b.file->path));
                          });
         return;
     }
@@ -291,6 +294,34 @@ std::array<double, 2> in_plane_spacing(const DicomStack& stack, const std::optio
     return in_plane;
 }
 
+// Refuses slices of several files if their numbers do not put them in order, and warns of what is a guess.
+std::vector<std::string> check_numbers(const DicomStack& stack) {
+    const std::vector<DicomSlice>& slices = stack.slices;
+    const bool numbered = std::any_of(slices.begin(), slices.end(),
+                                      [](const DicomSlice& s) { return s.file->instance.has_value(); });
+    std::vector<std::int64_t> growths;
+    for (std::size_t i = 1; i < slices.size(); ++i) {
+        const DicomFile &before = *slices[i - 1].file, &file = *slices[i].file;
+        if (&before == &file || !numbered) continue;
+        if (!before.instance || !file.instance || *before.instance == *file.instance)
+            refuse(stack, fmt::format("its slices have no position, and their numbers do not tell the order "
+                                      "of {} and {}; put the slices of one volume into a folder of their own",
+                                      slices[i - 1].name(false), slices[i].name(false)));
+        growths.push_back(*file.instance - *before.instance);
+    }
+    std::vector<std::string> warnings = {
+        numbered || stack.first().frames.size() == slices.size()
+            ? "the slices have no position; they are stacked by number, and the volume may be mirrored"
+            : "the slices have neither position nor number; they are stacked by the names of their files, "
+              "and "
+              "the volume may be mirrored"};
+    if (growths.size() + 1 == slices.size()) {
+        std::string gap = number_gap(growths, [&](std::size_t i) { return slices[i].name(false); });
+        if (!gap.empty()) warnings.push_back(std::move(gap));
+    }
+    return warnings;
+}
+
 // A single slice states its spacing, but not the distance to a next one.
 std::string contradiction(const DicomStack& stack, const Geometry& stated, const Vec3d& given) {
     const Vec3d& s = stated.spacing;
@@ -326,6 +357,11 @@ StackGeometry geometry_of(const DicomStack& stack, const ScanOptions& options) {
         step =
             n == 1 ? (*given)[2] * normal : step_of(stack, normal, options.resample ? &out.uneven : nullptr);
         out.tilt = std::acos(std::min(1.0, dot(step, normal) / length(step))) * 180 / M_PI;
+        constexpr double kLargestTilt = 45;  // gantries tilt by up to 30 degrees
+        if (out.tilt > kLargestTilt)
+            refuse(stack, fmt::format("its positions contradict its orientation: each slice is shifted "
+                                      "sideways, as if the gantry were tilted by {:.1f} degrees",
+                                      out.tilt));
         if (out.tilt > 0.1) {
             out.warnings.push_back(fmt::format(
                 "the gantry is tilted by {:.1f} degrees; the volume is sheared accordingly", out.tilt));
@@ -333,8 +369,7 @@ StackGeometry geometry_of(const DicomStack& stack, const ScanOptions& options) {
             out.tilt = 0;
         }
     } else {
-        out.warnings.push_back(
-            "the slices have no position; they are stacked by number, and the volume may be mirrored");
+        out.warnings = check_numbers(stack);
     }
     std::set<std::string_view> frames_of_reference;
     for (const DicomSlice& s : stack.slices) frames_of_reference.insert(s.file->frame_of_reference);

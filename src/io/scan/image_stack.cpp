@@ -6,11 +6,10 @@
 #include <string>
 #include <string_view>
 
-#include <fmt/format.h>
-
 #include <marrow/error.h>
 
 #include "io/bytes/text.h"
+#include "number_gap.h"
 #include "parallel_slices.h"
 
 namespace marrow::internal::io {
@@ -69,13 +68,7 @@ std::string gap_between(const std::vector<std::filesystem::path>& files) {
         if (!by) return {};
         growths.push_back(*by);
     }
-    if (growths.empty()) return {};
-    const auto [least, most] = std::minmax_element(growths.begin(), growths.end());
-    if (*least == *most) return {};
-    const auto at = static_cast<std::size_t>(most - growths.begin());
-    return fmt::format(
-        "the numbers of the slices grow by {} from {} to {} and by {} elsewhere: slices may be missing",
-        *most, quoted(files[at].filename()), quoted(files[at + 1].filename()), *least);
+    return number_gap(growths, [&](std::size_t i) { return quoted(files[i].filename()); });
 }
 
 [[noreturn]] void refuse_different(const ImageStack& stack, std::size_t i) {

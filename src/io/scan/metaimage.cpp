@@ -168,10 +168,11 @@ void read_data_location(const Header& header, RawImage& image) {
         const auto size = parse_integer(*text);
         if (!size || *size < -1 || (*size == -1 && image.compressed))
             header.refuse("HeaderSize is not a size");
+        // It counts from the beginning of the file, also if that is the header's own; 0 states nothing.
         if (*size == -1)
             image.file_offset.reset();
-        else
-            *image.file_offset += *size;
+        else if (*size > 0)
+            image.file_offset = *size;
     }
 }
 

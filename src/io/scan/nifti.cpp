@@ -21,7 +21,8 @@ namespace {
 struct Header {
     std::filesystem::path path;
     bool big_endian = false;
-    bool pair = false;  // the samples are in an .img file
+    bool pair = false;      // the samples are in an .img file
+    std::int64_t size = 0;  // with the four bytes for extensions; the samples of a single file come after it
     std::array<std::int64_t, 8> dim{};
     std::array<double, 8> pixdim{};
     std::int64_t datatype = 0;
@@ -109,6 +110,7 @@ Header parse(const std::filesystem::path& path) {
     header.pair = magic[1] == 'i';
 
     const Bytes in{bytes, header.big_endian != (std::endian::native == std::endian::big)};
+    header.size = second ? 544 : 352;
     if (second)
         read_fields<std::int64_t, double, std::int64_t, std::int32_t, std::int32_t>(in, kVersion2, header);
     else
@@ -229,10 +231,13 @@ RawImage read_nifti_header(const std::filesystem::path& given, std::optional<std
 
     image.files = {header.pair ? partner(header.path, ".img") : header.path};
     image.compressed = is_gzip(image.files[0]);
-    const double least = header.pair ? 0 : 352;
     if (header.vox_offset != std::floor(header.vox_offset) || !(std::abs(header.vox_offset) < 1e15))
         header.refuse("vox_offset is not a number of bytes");
-    image.data_offset = static_cast<std::int64_t>(std::max(header.vox_offset, least));
+    image.data_offset = static_cast<std::int64_t>(header.vox_offset);
+    if (!header.pair && image.data_offset == 0) image.data_offset = header.size;  // not stated
+    if (image.data_offset < (header.pair ? 0 : header.size))
+        header.refuse(
+            fmt::format("vox_offset is {}, which is before the end of the header", image.data_offset));
     choose_volume(image, volumes, volume);
     return image;
 }

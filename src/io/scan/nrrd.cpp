@@ -69,9 +69,10 @@ Header parse(const std::filesystem::path& path) {
             continue;
         }
         if (line.empty()) break;
+        // Keys and their values are not used. A key may have a colon.
+        if (line.find(":=") < line.find(": ")) continue;
         const std::size_t colon = line.find(':');
         if (colon == line.npos) header.refuse(fmt::format("cannot parse the line {}", quoted(line)));
-        if (line.substr(colon).starts_with(":=")) continue;  // a key and its value, which are not used
         const std::string name = field_name(line.substr(0, colon));
         const std::string_view value = trimmed(line.substr(colon + 1));
         if (!header.fields.emplace(name, value).second)
@@ -224,9 +225,10 @@ std::array<std::size_t, 3> spatial_axes(const Header& header, const std::vector<
     return {space[0], space[1], space[2]};
 }
 
-// Spacing and origin of headers without space directions.
+// Spacing and origin of headers without space directions, in mm. An axis without a unit of its own has that
+// of space.
 void read_spacings(const Header& header, std::size_t axes, const std::array<std::size_t, 3>& space,
-                   RawImage& image, Mat3d& m, Vec3d& origin) {
+                   const Vec3d& space_unit, RawImage& image, Mat3d& m, Vec3d& origin) {
     const auto units =
         header.find("units") ? quoted_words(*header.find("units")) : std::vector<std::string_view>(axes, "");
     if (units.size() != axes) header.refuse("'units' needs one unit in quotes for each axis");
@@ -240,7 +242,7 @@ void read_spacings(const Header& header, std::size_t axes, const std::array<std:
         header.refuse(fmt::format("'centers' has {} values for {} axes", centers.size(), axes));
     for (int i = 0; i < 3; ++i) {
         const std::size_t a = space[i];
-        const double mm = unit(header, units[a]);
+        const double mm = trimmed(units[a]).empty() ? space_unit[i] : unit(header, units[a]);
         if (std::isnan(spacings[a]))
             image.has_spacing = false;
         else if (!(spacings[a] > 0))
@@ -258,11 +260,11 @@ void read_geometry(const Header& header, const std::vector<double>& sizes, RawIm
         header.find("space directions") ? directions(header, axes) : std::vector<std::optional<Vec3d>>();
     const std::array<std::size_t, 3> space = spatial_axes(header, sizes, known);
     const Vec3d sign = to_lps(header, image);
-    Vec3d axis_unit{1, 1, 1};
+    Vec3d space_unit{1, 1, 1};
     if (const auto units = header.find("space units")) {
         const auto names = quoted_words(*units);
         if (names.size() != 3) header.refuse("'space units' needs three units in quotes");
-        for (int row = 0; row < 3; ++row) axis_unit[row] = unit(header, names[row]);
+        for (int row = 0; row < 3; ++row) space_unit[row] = unit(header, names[row]);
     }
 
     Geometry& g = image.geometry;
@@ -270,16 +272,19 @@ void read_geometry(const Header& header, const std::vector<double>& sizes, RawIm
     Mat3d m{};
     Vec3d origin{};
     if (known.empty()) {
-        read_spacings(header, axes, space, image, m, origin);
+        read_spacings(header, axes, space, space_unit, image, m, origin);
     } else {
         for (int i = 0; i < 3; ++i) {
-            for (int row = 0; row < 3; ++row) m[row][i] = (*known[space[i]])[row];
+            for (int row = 0; row < 3; ++row) m[row][i] = (*known[space[i]])[row] * space_unit[row];
         }
     }
-    if (const auto text = header.find("space origin")) origin = vector(header, *text);
+    if (const auto text = header.find("space origin")) {
+        origin = vector(header, *text);
+        for (int row = 0; row < 3; ++row) origin[row] *= space_unit[row];
+    }
     for (int row = 0; row < 3; ++row) {
-        for (int i = 0; i < 3; ++i) m[row][i] *= sign[row] * axis_unit[row];
-        g.origin[row] = origin[row] * sign[row] * axis_unit[row];
+        for (int i = 0; i < 3; ++i) m[row][i] *= sign[row];
+        g.origin[row] = origin[row] * sign[row];
     }
     set_columns(g, m);
 }

@@ -8,11 +8,15 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <string_view>
+
+#include <fmt/format.h>
 
 #include <marrow/error.h>
 
 #include "base/checked_size.h"
 #include "io/bytes/byte_stream.h"
+#include "io/bytes/text.h"
 
 namespace marrow::internal::io {
 
@@ -141,6 +145,48 @@ void read_strips(TIFF* tiff, std::uint32_t columns, std::uint32_t rows, std::siz
     }
 }
 
+// The number after a key in a text: 12 for "slices=" in "images=24\nslices=12"; 1 if it is not there.
+std::int64_t number_after(std::string_view text, std::string_view key) {
+    const std::size_t at = text.find(key);
+    if (at == text.npos) return 1;
+    text.remove_prefix(at + key.size());
+    return parse_integer(text.substr(0, text.find_first_not_of("0123456789"))).value_or(1);
+}
+
+// ImageJ and OME describe in the first page what the pages of a file are.
+struct Description {
+    std::string text;
+
+    explicit Description(TIFF* tiff) {
+        char* found = nullptr;
+        if (TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &found) == 1 && found) text = found;
+    }
+    bool is_of_imagej() const { return text.starts_with("ImageJ="); }
+
+    // Refuses pages that are slices of several channels or times in turn.
+    void check_pages(std::int64_t pages) const {
+        const auto number = [&](const char* imagej, const char* ome) {
+            return is_of_imagej() ? number_after(text, imagej) : number_after(text, ome);
+        };
+        if (!is_of_imagej() && text.find("<OME") == text.npos) return;
+        const std::int64_t channels = number("\nchannels=", " SizeC=\""),
+                           slices = number("\nslices=", " SizeZ=\""),
+                           times = number("\nframes=", " SizeT=\"");
+        if (pages > std::max(slices, times) && (channels > 1 || times > 1))
+            throw UnreadableImage{"holds several channels or times; save one of them as a stack"};
+    }
+    // Beyond 4 GiB, ImageJ describes only the first of its images, and the others follow it.
+    void check_single_page(std::uint64_t page_bytes, std::uint64_t file_bytes) const {
+        if (!is_of_imagej()) return;
+        const std::int64_t images = number_after(text, "\nimages=");
+        if (images > 1 &&
+            static_cast<double>(images) * static_cast<double>(page_bytes) <= static_cast<double>(file_bytes))
+            throw UnreadableImage{fmt::format(
+                "describes one of its {} images, as ImageJ does beyond 4 GiB; save it as an image sequence",
+                images)};
+    }
+};
+
 ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
     const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
                                                                                TIFFOpenOptionsFree);
@@ -154,6 +200,7 @@ ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
         TIFFClose);
     if (!tiff) throw kDamaged;
 
+    const Description description(tiff.get());
     ImageHeader out;
     for (out.pages = 0; out.pages == 0 || TIFFReadDirectory(tiff.get()); ++out.pages) {
         std::uint32_t columns = 0, rows = 0;
@@ -184,7 +231,14 @@ ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
                 std::swap_ranges(page + row * line, page + (row + 1) * line, page + (rows - 1 - row) * line);
             (*target.step)(1 / static_cast<double>(known.pages));
         }
-        if (TIFFLastDirectory(tiff.get())) return ++out.pages, out;
+        if (TIFFLastDirectory(tiff.get())) {
+            ++out.pages;
+            description.check_pages(out.pages);
+            if (out.pages == 1)
+                description.check_single_page(std::uint64_t{columns} * rows * sample_size(type),
+                                              TiffFile::size(&file));
+            return out;
+        }
     }
     throw kDamaged;  // an announced page is missing
 }

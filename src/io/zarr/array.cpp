@@ -23,6 +23,13 @@ namespace {
 
 constexpr double kLargestChunk = 2147483647;  // bytes; Blosc's limit
 
+// Whether a number is one of an integer type. The bounds of doubles are exact.
+template <class T>
+bool is_whole(double value) {
+    return value == std::floor(value) && value >= static_cast<double>(std::numeric_limits<T>::min()) &&
+           value < std::ldexp(1.0, std::numeric_limits<T>::digits);
+}
+
 // The value of a number, or of a string that stands for one.
 std::vector<std::byte> read_fill(const Metadata& metadata, StoredType type) {
     std::vector<std::byte> out(stored_size(type));
@@ -30,7 +37,8 @@ std::vector<std::byte> read_fill(const Metadata& metadata, StoredType type) {
     const Metadata member = metadata.at("fill_value");
     const nlohmann::json& value = member.json();
     const auto refuse = [&] {
-        metadata.refuse(fmt::format("the fill_value {} is not a sample", quoted(value.dump())));
+        metadata.refuse(
+            fmt::format("the fill_value {} is not a value of the array's data type", quoted(value.dump())));
     };
     with_stored_type(type, [&]<class T>(T) {
         T fill{};
@@ -62,6 +70,8 @@ std::vector<std::byte> read_fill(const Metadata& metadata, StoredType type) {
         } else if (value.is_number_integer() && !value.is_number_unsigned() && std::is_signed_v<T> &&
                    value.get<std::int64_t>() >= static_cast<std::int64_t>(std::numeric_limits<T>::min())) {
             fill = static_cast<T>(value.get<std::int64_t>());
+        } else if (value.is_number_float() && is_whole<T>(value.get<double>())) {
+            fill = static_cast<T>(value.get<double>());
         } else {
             refuse();
         }

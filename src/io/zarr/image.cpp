@@ -20,11 +20,13 @@ namespace {
 
 struct Axis {
     std::string name, type, unit;
+    std::string orientation = {};  // anatomical: "left-to-right"
 };
 
 // Where the samples of an image are: at scale * index + translation along each axis.
 struct Transform {
     std::vector<double> scale, translation;
+    bool has_scale = false;
 };
 
 // What a folder's metadata say about an image.
@@ -59,13 +61,21 @@ std::optional<Multiscales> find_multiscales(const fs::path& folder) {
     return out;
 }
 
+// The anatomical orientation of an axis, after RFC 4; empty if there is none.
+std::string orientation_of(const Metadata& axis) {
+    if (!axis.has("orientation")) return {};
+    const Metadata orientation = axis.at("orientation");
+    if (orientation.at("type").text() != "anatomical") return {};
+    return orientation.at("value").text();
+}
+
 std::vector<Axis> read_axes(const Metadata& image) {
     std::vector<Axis> out;
     for (const Metadata& axis : image.at("axes").elements()) {
         const auto text = [&](const char* name) {
             return axis.has(name) ? axis.at(name).text() : std::string();
         };
-        out.push_back({axis.at("name").text(), text("type"), text("unit")});
+        out.push_back({axis.at("name").text(), text("type"), text("unit"), orientation_of(axis)});
         // The type is optional.
         Axis& added = out.back();
         if (added.type.empty() && (added.name == "x" || added.name == "y" || added.name == "z"))
@@ -89,6 +99,7 @@ void apply_steps(const Metadata& object, Transform& transform) {
                 fmt::format("a {} has {} numbers for {} axes", type, numbers.size(), transform.scale.size()));
         for (std::size_t a = 0; a < numbers.size(); ++a) {
             if (type == "scale") {
+                transform.has_scale = true;
                 if (!(numbers[a] > 0)) step.refuse("a scale is not positive");
                 transform.scale[a] *= numbers[a];
                 transform.translation[a] *= numbers[a];
@@ -115,17 +126,61 @@ std::size_t index_axis(std::size_t array_axis, std::size_t axes) {
     return axes - 1 - array_axis;
 }
 
+// The coordinate of LPS that an axis runs along, and its sign.
+struct Direction {
+    std::size_t row;
+    double sign;
+};
+
+// The direction that an anatomical orientation states.
+std::optional<Direction> anatomical_direction(const std::string& orientation) {
+    static constexpr std::pair<std::string_view, Direction> known[] = {
+        {"right-to-left", {0, 1}},         {"left-to-right", {0, -1}},
+        {"anterior-to-posterior", {1, 1}}, {"posterior-to-anterior", {1, -1}},
+        {"inferior-to-superior", {2, 1}},  {"superior-to-inferior", {2, -1}}};
+    for (const auto& [name, direction] : known) {
+        if (orientation == name) return direction;
+    }
+    return {};
+}
+
+// Whether the axes of space state where they run in the body.
+bool is_oriented(const std::vector<Axis>& axes, ZarrImage& image) {
+    constexpr const char* kTaken = "x, y and z are taken for left, posterior and superior";
+    const Axis* unknown = nullptr;
+    std::size_t known = 0;
+    for (const Axis& axis : axes) {
+        if (axis.type != "space" || axis.orientation.empty()) continue;
+        if (anatomical_direction(axis.orientation))
+            ++known;
+        else
+            unknown = &axis;
+    }
+    if (known == 3) return true;
+    if (unknown)
+        image.warnings.push_back(
+            fmt::format("the orientation {} is unknown; {}", quoted(unknown->orientation), kTaken));
+    else if (known > 0)
+        image.warnings.push_back(
+            fmt::format("only some axes state their orientation in the body; {}", kTaken));
+    return false;
+}
+
 void place(const std::vector<Axis>& axes, const Transform& transform, const ScanOptions& options,
            ZarrImage& image) {
     const std::size_t n = image.array.shape.size();
-    image.has_units = image.has_spacing = true;
+    // The specification demands a scale. Without one, the numbers of the metadata have no meaning.
+    image.has_units = image.has_spacing = transform.has_scale;
+    image.oriented = is_oriented(axes, image);
     image.geometry.direction = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
     std::array<bool, 3> taken{};
     for (std::size_t a = n - 3; a < n; ++a) {
         const std::size_t m = index_axis(a, n);
         // An axis with another name is taken by its place.
         const auto named = std::string_view("xyz").find(axes[a].name);
-        const std::size_t row = named == std::string_view::npos || axes[a].name.size() != 1 ? m : named;
+        const bool is_named = named != std::string_view::npos && axes[a].name.size() == 1;
+        const auto [row, sign] =
+            image.oriented ? *anatomical_direction(axes[a].orientation) : Direction{is_named ? named : m, 1};
         if (taken[row])
             throw InputError(fmt::format("{}: Zarr metadata: two axes of the image run along {}",
                                          quoted(image.array.folder), "xyz"[row]));
@@ -142,10 +197,10 @@ void place(const std::vector<Axis>& axes, const Transform& transform, const Scan
         Geometry& g = image.geometry;
         g.dims[m] = image.array.shape[a];
         g.spacing[m] = transform.scale[a] * mm;
-        g.origin[row] = transform.translation[a] * mm;
-        g.direction[row][m] = 1;
+        g.origin[row] = sign * transform.translation[a] * mm;
+        g.direction[row][m] = sign;
     }
-    if (!image.has_units && !options.spacing)
+    if (image.has_spacing && !image.has_units && !options.spacing)
         image.warnings.push_back(
             "the metadata state no unit of length; their numbers are taken for millimetres");
 }
@@ -218,9 +273,9 @@ ZarrImage read_plain_array(const fs::path& folder, const ScanOptions& options) {
 }
 
 // Reads the array of a dataset, whose path must not leave the folder.
-ZarrArray dataset_array(const fs::path& folder, const Metadata& dataset) {
+ZarrArray dataset_array(const Metadata& dataset) {
     const std::string path = dataset.at("path").text();
-    const fs::path array = sibling_path(folder / "array", path);
+    const fs::path array = sibling_path(dataset.file(), path);
     std::error_code ignored;
     if (!is_zarr(array)) dataset.refuse(fmt::format("the array {} is missing", quoted(path)));
     return read_zarr_array(array);
@@ -256,7 +311,7 @@ ZarrImage read_zarr_image(const fs::path& folder, const ScanOptions& options) {
 
     ZarrImage image;
     for (std::size_t l = 0; l < datasets.size(); ++l) {
-        ZarrArray array = dataset_array(folder, datasets[l]);
+        ZarrArray array = dataset_array(datasets[l]);
         if (array.shape.size() != axes.size())
             datasets[l].refuse(
                 fmt::format("level {} has {} axes, and the image {}", l, array.shape.size(), axes.size()));

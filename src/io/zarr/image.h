@@ -19,6 +19,7 @@ struct ZarrImage {
     Geometry geometry;
     bool has_units = false;                           ///< whether the metadata state units of length
     bool has_spacing = false;                         ///< or at least numbers, which are taken for mm
+    bool oriented = false;                            ///< whether they state where the axes run in the body
     std::vector<std::array<std::int64_t, 3>> levels;  ///< the size of each level
     std::vector<std::string> volumes;                 ///< what distinguishes each volume; one if there is one
     std::optional<std::int64_t> volume;               ///< the one that is read; no value: none was chosen
