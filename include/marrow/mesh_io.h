@@ -89,9 +89,9 @@ struct MeshObject {
 /// `Meanings`; other formats leave them out.
 ///
 /// \throw InputError the extension is unknown, the normals, arrays or colours do not match the points, a
-/// triangle names a missing point, RAS for .glb or .dcm, or no space for .dcm; OptionError keep_patient
-/// without scan_files; LimitError more than the format can hold (.stl: 2^32 - 1 triangles; .glb and .dcm: 4
-/// GiB); IoError; Cancelled
+/// triangle names a missing point, a coordinate is NaN or infinite, RAS for .glb or .dcm, or no space for
+/// .dcm; OptionError keep_patient without scan_files; LimitError more than the format can hold (.stl: 2^32 -
+/// 1 triangles; .glb and .dcm: 4 GiB); IoError; Cancelled
 MARROW_EXPORT void write_mesh(MeshView mesh, const std::filesystem::path& output,
                               const MeshWriteOptions& options = {});
 

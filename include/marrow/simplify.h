@@ -39,8 +39,8 @@ struct SimplifyStats {
 /// With `max_error`, simplify measures the result, and undoes collapses where the error is too large, until
 /// it is within the limit everywhere. Without `max_error` and `stats` it measures nothing, which is faster.
 ///
-/// \throw InputError if `triangles` is negative, if `max_error` is not positive, or if a triangle has an
-/// index out of range
+/// \throw InputError if `triangles` is negative, if `max_error` is not positive, if a triangle has an index
+/// out of range, if a coordinate is not finite, or if the mesh is wider than 1e9 mm
 /// \throw LimitError if the mesh has 2^30 triangles or more
 /// \throw Cancelled if `progress` returns false
 MARROW_EXPORT Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats = nullptr);

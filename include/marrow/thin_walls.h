@@ -60,8 +60,8 @@ struct ThinWalls {
 /// the same as a thin wall of bone, and sharp edges can look like one.
 ///
 /// `surface` is the surface that extract_isosurface gives at `isovalue`. The result is the same for any
-/// number of threads. \throw InputError a null view, bad geometry, or an isovalue that is not finite;
-/// LimitError not enough memory; Cancelled
+/// number of threads. \throw InputError a null view, bad geometry, or an isovalue or a coordinate that is not
+/// finite; LimitError not enough memory; Cancelled
 MARROW_EXPORT ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView surface,
                                         const ThinWallOptions& options = {});
 
@@ -73,6 +73,7 @@ MARROW_EXPORT ThinWalls find_thin_walls(const VolumeView& volume, double isovalu
 MARROW_EXPORT Volume restore_thin_walls(const VolumeView& volume, double isovalue, const ThinWalls& walls);
 
 /// Says for each point whether it is within about one sample of `walls`: on their rims, or on restored walls.
+/// \throw InputError a null view or bad geometry
 MARROW_EXPORT std::vector<bool> near_thin_walls(const VolumeView& volume, const ThinWalls& walls,
                                                 std::span<const Vec3f> points);
 

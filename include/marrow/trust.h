@@ -38,8 +38,8 @@ struct NoiseOptions {
 ///
 /// The mode of local standard deviations after Coupe et al. 2010 and the "global noise level" of CT
 /// (Christianson et al. 2015); the Laplacian after Immerkaer 1996, with the median absolute
-/// deviation. At most about 200,000 windows are read, spread evenly over the scan. \throw InputError
-/// a null view or bad geometry; Cancelled
+/// deviation. So many slices are read, spread evenly over the scan, that they have about 200,000 windows, and
+/// at least one. \throw InputError a null view or bad geometry; Cancelled
 MARROW_EXPORT NoiseEstimate estimate_noise(const VolumeView& volume, const NoiseOptions& options = {});
 
 struct TrustOptions {

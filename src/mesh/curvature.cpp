@@ -10,7 +10,7 @@
 
 #include "base/for_each_range.h"
 #include "base/parallel.h"
-#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/check_mesh.h"
 #include "mesh/connectivity/vertex_triangles.h"
 #include "mesh/geometry/triangle_corners.h"
 
@@ -19,19 +19,6 @@ namespace marrow {
 using namespace internal;
 
 namespace {
-
-// Whether the triangles at a point close around it: each neighbour begins one triangle and ends one.
-bool is_closed_fan(const Triangle* begin, const Triangle* end) {
-    std::vector<std::uint32_t> firsts, seconds;
-    for (const Triangle* t = begin; t != end; ++t) {
-        firsts.push_back((*t)[1]);
-        seconds.push_back((*t)[2]);
-    }
-    std::sort(firsts.begin(), firsts.end());
-    std::sort(seconds.begin(), seconds.end());
-    return begin != end && firsts == seconds &&
-           std::adjacent_find(firsts.begin(), firsts.end()) == firsts.end();
-}
 
 // The share of corner p in its triangle: its Voronoi region, or half or a quarter of an obtuse triangle.
 double mixed_area(const Vec3d& p, const Vec3d& q, const Vec3d& r, double area) {

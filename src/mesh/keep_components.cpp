@@ -12,7 +12,7 @@
 
 #include "base/parallel.h"
 #include "find_components.h"
-#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/check_mesh.h"
 #include "mesh/geometry/triangle_corners.h"
 #include "mesh/search/triangle_tree.h"
 
@@ -85,25 +85,43 @@ Mesh copy_components(const MeshView& mesh, const Components& components, const s
     return result;
 }
 
-// Returns the smallest component around a cavity, or kNone. A ray from the cavity crosses each component
-// around it an odd number of times.
+// Returns the smallest component around a cavity, or kNone. A ray from the cavity crosses each closed
+// component around it an odd number of times. It may leave an open one where that has no triangles, so the
+// first crossing says whether the cavity is inside.
 std::uint32_t component_around(const Component& cavity, const MeshView& mesh, const Components& components,
                                const TriangleTree& tree) {
+    struct Crossings {
+        int count = 0;
+        double first = std::numeric_limits<double>::infinity();
+        bool leaves = false;
+    };
     const Vec3d origin = centroid(corners_of(mesh, mesh.triangles[cavity.first_triangle]));
     const Vec3d direction{0.8361, 0.4227, 0.3498};  // not parallel to edges of the sampling grid
-    std::map<std::uint32_t, int> crossings;
+    std::map<std::uint32_t, Crossings> crossings;
     tree.for_each_hit(origin, direction, std::numeric_limits<double>::infinity(),
-                      [&](double, std::uint32_t t) { ++crossings[components.of(mesh.triangles[t])]; });
-    std::uint32_t smallest = Components::kNone;
-    for (const auto& [index, count] : crossings) {
+                      [&](double distance, std::uint32_t t) {
+                          Crossings& c = crossings[components.of(mesh.triangles[t])];
+                          ++c.count;
+                          if (distance >= c.first) return;
+                          c.first = distance;
+                          c.leaves = dot(scaled_normal(corners_of(mesh, mesh.triangles[t])), direction) > 0;
+                      });
+    std::uint32_t closed = Components::kNone, open = Components::kNone;
+    for (const auto& [index, crossing] : crossings) {
         const Component& c = components.all[index];
-        if (c.is_cavity() || !c.closed || count % 2 == 0) continue;
-        if (smallest == Components::kNone || c.volume < components.all[smallest].volume) smallest = index;
+        if (c.is_cavity()) continue;
+        if (c.closed && crossing.count % 2 != 0 &&
+            (closed == Components::kNone || c.volume < components.all[closed].volume))
+            closed = index;
+        if (!c.closed && crossing.leaves &&
+            (open == Components::kNone || crossing.first < crossings.at(open).first))
+            open = index;
     }
-    return smallest;
+    return closed != Components::kNone ? closed : open;
 }
 
-// Of the components marked in `keep`, keeps the `count` largest that are not cavities, and their cavities.
+// Of the components marked in `keep`, keeps the `count` largest that are not cavities, and their cavities. A
+// cavity around which no component is found stays.
 void keep_largest(std::int64_t count, const MeshView& mesh, const Components& components,
                   std::vector<bool>& keep) {
     std::vector<std::uint32_t> solids, cavities;
@@ -118,7 +136,7 @@ void keep_largest(std::int64_t count, const MeshView& mesh, const Components& co
     const TriangleTree tree(mesh);
     for (const std::uint32_t c : cavities) {
         const std::uint32_t around = component_around(components.all[c], mesh, components, tree);
-        keep[c] = around != Components::kNone && keep[around];
+        keep[c] = around == Components::kNone || keep[around];
     }
 }
 

@@ -3,7 +3,7 @@
 
 #include "base/parallel.h"
 #include "find_components.h"
-#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/check_mesh.h"
 #include "mesh/connectivity/count_edges.h"
 #include "mesh/geometry/bounds.h"
 #include "mesh/geometry/triangle_corners.h"

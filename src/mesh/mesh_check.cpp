@@ -14,7 +14,7 @@
 #include "base/for_each_range.h"
 #include "base/parallel.h"
 #include "find_components.h"
-#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/check_mesh.h"
 #include "mesh/connectivity/count_edges.h"
 #include "mesh/connectivity/one_rings.h"
 #include "mesh/connectivity/vertex_triangles.h"
@@ -40,22 +40,7 @@ void check_input(const MeshView& mesh, const CheckOptions& options) {
     check_indices(mesh);
     if (std::uint64_t{mesh.triangles.size()} >> 32)
         throw LimitError("check: the mesh has 2^32 triangles or more");
-    for (const Vec3f& p : mesh.points) {
-        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
-            throw InputError("check: a coordinate of the mesh is not finite");
-    }
-}
-
-// Whether walking around a point from triangle to triangle visits them all and returns.
-bool is_closed_fan(const Triangle* begin, const Triangle* end) {
-    std::uint32_t at = (*begin)[1];
-    for (std::ptrdiff_t left = end - begin; left > 0; --left) {
-        const Triangle* const next = std::find_if(begin, end, [&](const Triangle& t) { return t[1] == at; });
-        if (next == end) return false;
-        at = (*next)[2];
-        if (at == (*begin)[1]) return left == 1;
-    }
-    return false;
+    check_coordinates(mesh.points);
 }
 
 // Whether the triangles at a point are connected through the edges at that point.

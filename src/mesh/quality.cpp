@@ -7,7 +7,7 @@
 
 #include <marrow/measure.h>
 
-#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/check_mesh.h"
 #include "mesh/geometry/triangle_corners.h"
 
 namespace marrow {

@@ -167,6 +167,20 @@ TEST(Labels, FacesOutward) {
     }
 }
 
+TEST(Labels, NormalsAreUnitVectorsInAnyUnitOfLength) {
+    for (const double spacing : {1e-12, 1.0, 1e10}) {
+        Geometry g = grid(3, 3, 3);
+        g.spacing = {spacing, spacing, spacing};
+        std::vector<std::uint8_t> samples(27);
+        samples[13] = 1;
+        const std::vector<LabelSurface> surfaces = surfaces_of(labelled(g, samples));
+        for (const Vec3f& n : surfaces.at(0).mesh.normals) {
+            EXPECT_NEAR(length(to_double(n)), 1, 1e-6);
+            EXPECT_LT(std::abs(n[2]), 0.99f);
+        }
+    }
+}
+
 // Normals of an unsmoothed surface jump between the axes.
 TEST(Labels, RelaxationSmoothsStairsAndKeepsVolume) {
     const Geometry g = grid(60, 60, 60);

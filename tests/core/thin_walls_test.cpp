@@ -204,9 +204,32 @@ TEST(ThinWalls, SamplesOfAnyTypeAreRaisedWithinItsRange) {
     EXPECT_EQ(manifold_fault(extract_isosurface(kept, 245, {.closed = true, .topology = true})), "");
 }
 
-TEST(ThinWalls, RefuseAnIsovalueThatIsNotFinite) {
+TEST(ThinWalls, RefuseNumbersThatAreNotFinite) {
     const Volume volume = plate_scan(0.7);
     EXPECT_THROW(find_thin_walls(volume, std::nan(""), Mesh()), InputError);
+    for (const float x : {std::nanf(""), INFINITY}) {
+        Mesh mesh = surface_of(volume);
+        mesh.points[5][1] = x;
+        EXPECT_THROW(find_thin_walls(volume, kIsovalue, mesh), InputError);
+    }
+}
+
+TEST(ThinWalls, AnEmptyVolumeHasNone) {
+    const Volume volume = plate_scan(0.7);
+    VolumeView empty = volume;
+    empty.geometry.dims[2] = 0;
+    const ThinWalls walls = find_thin_walls(empty, kIsovalue, surface_of(volume));
+    EXPECT_TRUE(walls.samples.empty());
+    EXPECT_EQ(near_thin_walls(empty, walls, std::vector<Vec3f>(2)), std::vector<bool>(2));
+}
+
+TEST(ThinWalls, PointsOutsideTheVolumeAreNotNear) {
+    const Volume volume = plate_scan(0.7, 0);
+    ThinWalls corner;
+    corner.samples.push_back({.index = {31, 31, 31}});
+    const Vec3f last = to_float(volume.geometry().physical({31, 31, 31}));
+    const std::vector<Vec3f> points = {last, {last[0] + 1000, last[1], last[2]}, {last[0], NAN, last[2]}};
+    EXPECT_EQ(near_thin_walls(volume, corner, points), (std::vector<bool>{true, false, false}));
 }
 
 }  // namespace

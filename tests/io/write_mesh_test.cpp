@@ -300,6 +300,11 @@ TEST(WriteMesh, RefusesAndLeavesNothing) {
     Mesh dangling = ball();
     dangling.triangles.back()[1] = static_cast<std::uint32_t>(dangling.points.size());
     EXPECT_THROW(write_mesh(dangling, folder / "a.stl"), InputError);
+    for (const float x : {NAN, INFINITY}) {
+        Mesh broken = ball();
+        broken.points[3][1] = x;
+        EXPECT_THROW(write_mesh(broken, folder / "a.stl"), InputError);
+    }
     EXPECT_EQ(folder.files(), Names{"file"});
     EXPECT_EQ(read_file(folder / "file"), "old");
 }

@@ -112,6 +112,23 @@ TEST(KeepComponents, CountsComponentsAndKeepsTheirCavities) {
     EXPECT_EQ(kept(all, kLargestAlone).components, 1);
 }
 
+// The boxes reach the end of the volume, where their surfaces are open.
+TEST(KeepComponents, KeepsTheCavitiesOfOpenComponents) {
+    const Volume volume = solid(grid(30, 16, 16), [](auto x, auto y, auto z) {
+        const bool hole =
+            y >= 6 && y <= 8 && z >= 6 && z <= 8 && ((x >= 5 && x <= 7) || (x >= 21 && x <= 22));
+        return y >= 2 && y <= 12 && z <= 12 && ((x >= 1 && x <= 13) || (x >= 17 && x <= 26)) && !hole;
+    });
+    const Mesh open = extract_isosurface(volume, 0.5);
+    ASSERT_GT(measure(open).boundary_edges, 0);
+    ASSERT_EQ(measure(open).cavities, 2);
+    const Mesh largest = keep_components(open, {.count = 1});
+    EXPECT_EQ(measure(largest).components, 2);
+    EXPECT_EQ(measure(largest).cavities, 1);
+    for (const Vec3f& p : largest.points) EXPECT_LT(p[0], 15);
+    EXPECT_EQ(measure(keep_components(open, {.count = 9})).cavities, 2);
+}
+
 TEST(KeepComponents, DropsComponentsBelowTheVolume) {
     const Mesh all = boxes();
     // A single sample's octahedron encloses 1/6 mm^3, two in a row 2/3, six 8/3.

@@ -170,6 +170,27 @@ TEST(MeanCurvature, OfAnExtractedSphereIsRightOnAverage) {
     EXPECT_NEAR(roughness(extract_isosurface(ball, 0), 5).mean_curvature * radius, 1, 0.1);
 }
 
+// Two closed fans at a point are not one.
+TEST(Curvature, HasNoValueWhereTwoBodiesTouch) {
+    Mesh mesh;
+    mesh.points = {{0, 0, 0}};
+    for (const float side : {-1.0f, 1.0f}) {
+        const auto first = static_cast<std::uint32_t>(mesh.points.size());
+        for (const Vec3f& p : {Vec3f{1, 0, 0}, {1, 1, 0}, {1, 0, 1}})
+            mesh.points.push_back({side * p[0], side * p[1], side * p[2]});
+        const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+            mesh.triangles.push_back(side > 0 ? Triangle{a, b, c} : Triangle{a, c, b});
+        };
+        add(0, first + 1, first);
+        add(0, first + 2, first + 1);
+        add(0, first, first + 2);
+        add(first, first + 1, first + 2);
+    }
+    const std::vector<double> h = mean_curvature(mesh);
+    EXPECT_TRUE(std::isnan(h[0]));
+    for (std::size_t p = 1; p < h.size(); ++p) EXPECT_FALSE(std::isnan(h[p])) << p;
+}
+
 TEST(MeanCurvature, OfAPlaneIsZeroAndOfItsBorderNaN) {
     constexpr std::uint32_t kCells = 12;
     const Mesh plane = sheet(3, kCells, [](double, double) { return 1.0; });

@@ -148,11 +148,32 @@ TEST(Simplify, WithoutLimitsGoesOnUntilNoEdgeCanBeCollapsed) {
     EXPECT_LT(simplify(mesh, {}).triangles.size(), 30u);
 }
 
+// A power of two changes no bit of a coordinate but its exponent.
+TEST(Simplify, DoesTheSameInAnyUnitOfLength) {
+    const Mesh mesh = ball(8);
+    const Mesh reduced = simplify(mesh, {.triangles = 200});
+    for (const int power : {-20, 20}) {
+        Mesh scaled = mesh;
+        for (Vec3f& p : scaled.points)
+            for (float& x : p) x = std::ldexp(x, power);
+        Mesh result = simplify(scaled, {.triangles = 200});
+        for (Vec3f& p : result.points)
+            for (float& x : p) x = std::ldexp(x, -power);
+        EXPECT_TRUE(result.points == reduced.points);
+        EXPECT_TRUE(result.triangles == reduced.triangles);
+    }
+}
+
 TEST(Simplify, RejectsInvalidInputAndCanBeCancelled) {
     const Mesh mesh = ball(5);
     EXPECT_THROW(simplify(mesh, {.triangles = -1}), InputError);
     EXPECT_THROW(simplify(mesh, {.max_error = 0}), InputError);
     EXPECT_THROW(simplify(mesh, {.max_error = std::nan("")}), InputError);
+    for (const float x : {std::nanf(""), INFINITY, 1e20f}) {
+        Mesh wrong = mesh;
+        wrong.points[3][2] = x;
+        EXPECT_THROW(simplify(wrong, {.triangles = 9}), InputError);
+    }
     EXPECT_THROW(simplify(mesh, {.triangles = 9, .progress = [](double) { return false; }}), Cancelled);
     EXPECT_TRUE(simplify({}, {}).points.empty());
 }

@@ -89,6 +89,16 @@ TEST(Smooth, KeepsSpecksFromVanishing) {
     EXPECT_TRUE(smoothed.points == mesh.points);
 }
 
+// All its points are on borders, which do not move.
+TEST(Smooth, CountsNoPointsThatCouldNotMoveAsHeldBack) {
+    Mesh crossing;
+    crossing.points = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0.5, 0.5, -1}, {0.5, 0.5, 1}, {1, 0.3f, 0.5}};
+    crossing.triangles = {{0, 1, 2}, {3, 4, 5}};
+    SmoothStats stats;
+    EXPECT_TRUE(smooth(crossing, {}, &stats).points == crossing.points);
+    EXPECT_EQ(stats.held_back_points, 0);
+}
+
 TEST(Smooth, DoesNotMoveBorders) {
     const Volume ball = sampled_in_space<float>(grid(20, 20, 20), sphere({10, 10, 0}, 8.2));
     const Mesh half = extract_isosurface(ball, 0);

@@ -1,10 +1,10 @@
 // Sums up the normals of triangles at the points of the surfaces of labels.
 #include "label_normals.h"
 
-#include <cmath>
 #include <cstddef>
 
 #include <marrow/buffer.h>
+#include <marrow/vector.h>
 
 #include "base/parallel.h"
 
@@ -42,9 +42,11 @@ void add_normals(Mesh& mesh) {
     mesh.normals.resize(count);
     for (std::size_t p = 0; p < count; ++p) {
         const auto [z, x, y, unused] = sums[p].values;
-        const float length = std::sqrt(x * x + y * y + z * z);
+        // Squares of areas could be too large or too small for a float.
+        const Vec3d sum{x, y, z};
+        const double size = length(sum);
         // Where the triangles cancel each other, any direction will do.
-        mesh.normals[p] = length > 0 ? Vec3f{x / length, y / length, z / length} : Vec3f{0, 0, 1};
+        mesh.normals[p] = size > 0 ? to_float((1 / size) * sum) : Vec3f{0, 0, 1};
     }
 }
 

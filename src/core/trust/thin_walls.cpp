@@ -17,6 +17,7 @@
 #include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "core/volume/checks.h"
+#include "mesh/connectivity/check_mesh.h"
 #include "peaks.h"
 #include "ridges.h"
 #include "sample_mask.h"
@@ -267,7 +268,9 @@ void restore(const VolumeView& volume, double isovalue, const RidgeSample& ridge
 ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView surface,
                           const ThinWallOptions& options) {
     check_volume(volume);
+    check_coordinates(surface.points);
     const double sample_isovalue = checked_isovalue(isovalue, volume.rescale);
+    if (volume.geometry.sample_count() == 0) return {};
     const double noise =
         options.noise
             ? *options.noise
@@ -300,15 +303,21 @@ Volume restore_thin_walls(const VolumeView& volume, double isovalue, const ThinW
 
 std::vector<bool> near_thin_walls(const VolumeView& volume, const ThinWalls& walls,
                                   std::span<const Vec3f> points) {
+    check_volume(volume);
+    std::vector<bool> near(points.size());
+    if (walls.samples.empty()) return near;
     const Geometry geometry = volume.own_geometry();
     const Mat3d to_index = inverse(geometry.index_to_physical());
     SampleMask mask(geometry.dims);
     for (const RidgeSample& sample : walls.samples) mask.insert(sample.index);
     mask.dilate();
-    std::vector<bool> near(points.size());
-    for (std::size_t i = 0; i < points.size(); ++i)
-        near[i] =
-            mask.has_any(samples_at(to_index * (to_double(points[i]) - geometry.origin), geometry.dims));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const Vec3d index = to_index * (to_double(points[i]) - geometry.origin);
+        bool beside_volume = true;  // and finite
+        for (std::size_t a = 0; a < 3; ++a)
+            beside_volume &= index[a] >= -1 && index[a] <= static_cast<double>(geometry.dims[a]);
+        near[i] = beside_volume && mask.has_any(samples_at(index, geometry.dims));
+    }
     return near;
 }
 

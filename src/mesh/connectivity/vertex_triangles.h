@@ -1,6 +1,7 @@
 /// Lists the triangles at each point of a mesh.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
@@ -33,5 +34,18 @@ class VertexTriangles {
     std::vector<std::size_t> start_;
     std::vector<Triangle> triangles_;
 };
+
+/// Whether walking from triangle to triangle around a point visits all its triangles and returns.
+inline bool is_closed_fan(const Triangle* begin, const Triangle* end) {
+    if (begin == end) return false;
+    std::uint32_t at = (*begin)[1];
+    for (std::ptrdiff_t left = end - begin; left > 0; --left) {
+        const Triangle* const next = std::find_if(begin, end, [&](const Triangle& t) { return t[1] == at; });
+        if (next == end) return false;
+        at = (*next)[2];
+        if (at == (*begin)[1]) return left == 1;
+    }
+    return false;
+}
 
 }  // namespace marrow::internal

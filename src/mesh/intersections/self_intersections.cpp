@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <mutex>
 #include <numeric>
 #include <optional>
@@ -170,7 +171,7 @@ Buffer<Triangle> triangles_of(const MeshView& mesh, const Buffer<std::uint32_t>&
 }
 
 // Finds the pairs of a mesh of some triangles of another. `numbers` are those in the other one, in ascending
-// order. find(first, last, pairs) appends those that may intersect in some of the parts of the search.
+// order. find(part, pairs) appends those that may intersect in a part of the search.
 template <class Find>
 std::vector<TrianglePair> find_pairs(const Decider& decider, std::size_t parts, std::size_t together,
                                      const Find& find, const Buffer<std::uint32_t>& numbers,
@@ -178,13 +179,17 @@ std::vector<TrianglePair> find_pairs(const Decider& decider, std::size_t parts, 
     std::mutex mutex;
     std::vector<TrianglePair> all;
     for_each_range(parts, together, progress, begin, end, [&](std::size_t first, std::size_t last) {
-        std::vector<TrianglePair> pairs;
-        find(first, last, pairs);
-        std::erase_if(pairs,
-                      [&](const TrianglePair& pair) { return !decider.pass_through(pair[0], pair[1]); });
-        if (pairs.empty()) return;
+        std::vector<TrianglePair> pairs, found;
+        // One part at a time, as the triangles of a long fan make many pairs.
+        for (std::size_t part = first; part < last; ++part) {
+            pairs.clear();
+            find(part, pairs);
+            std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(found),
+                         [&](const TrianglePair& pair) { return decider.pass_through(pair[0], pair[1]); });
+        }
+        if (found.empty()) return;
         const std::lock_guard lock(mutex);
-        for (const auto& [s, t] : pairs) all.push_back({numbers[s], numbers[t]});
+        for (const auto& [s, t] : found) all.push_back({numbers[s], numbers[t]});
     });
     sort_out(all);
     return all;
@@ -194,8 +199,8 @@ std::vector<TrianglePair> find_pairs(const Decider& decider, std::size_t parts, 
 std::vector<TrianglePair> find_pairs(const MeshView& mesh, const TrianglePyramid& pyramid,
                                      const OneRings* rings, const Buffer<std::uint32_t>& numbers,
                                      const Progress& progress, double begin, double end) {
-    const auto find = [&](std::size_t first, std::size_t last, std::vector<TrianglePair>& pairs) {
-        pyramid.pairs_from(first, last, pairs);
+    const auto find = [&](std::size_t unit, std::vector<TrianglePair>& pairs) {
+        pyramid.pairs_from(unit, unit + 1, pairs);
     };
     return find_pairs(Decider(mesh, &pyramid, rings), pyramid.units(), 64, find, numbers, progress, begin,
                       end);
@@ -221,9 +226,9 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
     const BlockPairs search(rest, *blocks, numbers, wanted, simple);
     std::mutex mutex;
     Buffer<std::uint32_t> crowded;
-    const auto find = [&](std::size_t first, std::size_t last, std::vector<TrianglePair>& pairs) {
+    const auto find = [&](std::size_t part, std::vector<TrianglePair>& pairs) {
         std::vector<std::uint32_t> in_crowds;
-        for (std::size_t part = first; part < last; ++part) search.pairs_in(part, pairs, in_crowds);
+        search.pairs_in(part, pairs, in_crowds);
         const std::lock_guard lock(mutex);
         crowded.insert(crowded.end(), in_crowds.begin(), in_crowds.end());
     };
@@ -233,8 +238,8 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
     sort_out(crowded);
     const Buffer<Triangle> crowd = triangles_of(rest, crowded);
     const TrianglePyramid pyramid(MeshView(mesh.points, crowd), simple);
-    const auto find_in_crowd = [&](std::size_t first, std::size_t last, std::vector<TrianglePair>& pairs) {
-        pyramid.pairs_from(first, last, pairs);
+    const auto find_in_crowd = [&](std::size_t unit, std::vector<TrianglePair>& pairs) {
+        pyramid.pairs_from(unit, unit + 1, pairs);
         for (auto& [s, t] : pairs) s = crowded[s], t = crowded[t];
     };
     const std::vector<TrianglePair> more =

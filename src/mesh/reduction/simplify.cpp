@@ -15,7 +15,8 @@
 #include "deviation_guard.h"
 #include "edge_collapse.h"
 #include "intersection_guard.h"
-#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/check_mesh.h"
+#include "mesh/geometry/bounds.h"
 #include "mesh/geometry/normals.h"
 #include "mesh/intersections/self_intersections.h"
 #include "mesh/search/distance.h"
@@ -175,6 +176,18 @@ Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error,
     }
 }
 
+// Errors are areas times squared distances, which must fit into a float.
+constexpr double kLargestWidth = 1e9;  // mm
+
+// The largest extent along an axis.
+double width_of(const Mesh& mesh) {
+    const Bounds bounds = bounds_of(mesh.points);
+    double widest = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        widest = std::max(widest, double{bounds.upper[axis]} - double{bounds.lower[axis]});
+    return widest;
+}
+
 Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats) {
     const auto triangles = static_cast<std::size_t>(options.triangles.value_or(0));
     if (mesh.triangles.size() <= triangles) return mesh;
@@ -204,6 +217,9 @@ Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* s
     if (options.max_error && !(*options.max_error > 0))
         throw InputError("simplify: the largest error must be above 0 mm");
     check_indices(mesh);
+    check_coordinates(mesh.points);
+    if (width_of(mesh) > kLargestWidth)
+        throw InputError("simplify: the mesh is more than a million kilometres wide; its unit must be mm");
     if (mesh.triangles.size() >= std::size_t{1} << 30)
         throw LimitError("simplify: the mesh has 2^30 triangles or more");
     if (stats) *stats = {};

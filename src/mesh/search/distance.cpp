@@ -17,7 +17,7 @@
 #include "base/for_each_range.h"
 #include "base/parallel.h"
 #include "distance.h"
-#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/check_mesh.h"
 #include "mesh/geometry/triangle_corners.h"
 
 namespace marrow {

@@ -103,8 +103,8 @@ class Retreat {
         search_.emplace(MeshView(points_, triangles_));
     }
 
-    // Returns how many points moved back. If it would have to know triangles outside of the region, it moves
-    // none and returns nothing. `pairs` are those of the mesh.
+    // Returns how many points are no longer where they were. If it would have to know triangles outside of
+    // the region, it moves none and returns nothing. `pairs` are those of the mesh.
     std::optional<std::size_t> run(std::vector<TrianglePair> pairs) {
         for (TrianglePair& pair : pairs) pair = {index_of(pair[0]), index_of(pair[1])};
         for (int round = 0;; ++round) {
@@ -112,7 +112,9 @@ class Retreat {
             for (int ring = 0; ring < round / 2; ++ring) grow(moved);
             if (left_region_) return undo();
             std::erase_if(moved, [&](std::uint32_t p) { return steps_[p] == kAtStart; });
-            if (moved.empty()) return ends_.size();
+            if (moved.empty())
+                return std::count_if(ends_.begin(), ends_.end(),
+                                     [&](const auto& end) { return points_[end.first] != end.second; });
             // Triangles are found at the positions before they move.
             const Numbers changed = triangles_with(moved);
             for (const std::uint32_t p : moved) {

@@ -14,7 +14,7 @@
 #include "base/progress.h"
 #include "component_volumes.h"
 #include "hold_back.h"
-#include "mesh/connectivity/check_indices.h"
+#include "mesh/connectivity/check_mesh.h"
 #include "mesh/connectivity/connected_points.h"
 #include "mesh/connectivity/one_rings.h"
 #include "mesh/geometry/normals.h"

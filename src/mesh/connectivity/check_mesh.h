@@ -1,6 +1,8 @@
-/// The check that every function on meshes begins with: that the triangles' indices are in range.
+/// The checks that functions on meshes begin with.
 #pragma once
 
+#include <cmath>
+#include <span>
 #include <string>
 
 #include <marrow/error.h>
@@ -24,6 +26,13 @@ inline void check_indices(const MeshView& mesh) {
                              " points, numbered from 0");
         }
     }
+}
+
+/// \throw InputError if a coordinate is NaN or infinite
+inline void check_coordinates(std::span<const Vec3f> points) {
+    bool all = true;  // without a branch, too
+    for (const Vec3f& p : points) all &= std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+    if (!all) throw InputError("mesh: a coordinate is NaN or infinite");
 }
 
 }  // namespace marrow::internal
