@@ -17,13 +17,16 @@ def as_array(source: Any) -> Array:
 
     It takes arrays, and objects with `__array__`, `__array_interface__`, `__dlpack__` or the buffer protocol.
     """
-    if isinstance(source, np.ma.MaskedArray):
+    array = source if isinstance(source, np.ndarray) else _converted(source)
+    if isinstance(array, np.ma.MaskedArray):
         raise InputError("a masked array has samples without a value: fill them first, with .filled(value)")
-    if isinstance(source, np.ndarray):
-        return source
+    return array
+
+
+def _converted(source: Any) -> Array:
     kind = f"{type(source).__module__}.{type(source).__qualname__}"
     try:
-        array = np.asarray(source)
+        array: Array = np.asanyarray(source)  # which keeps a mask
         if array.dtype == object and array.ndim == 0 and hasattr(source, "__dlpack__"):
             array = np.from_dlpack(source)
     except (AttributeError, TypeError, ValueError, RuntimeError, BufferError) as error:

@@ -229,7 +229,7 @@ def read_labels(samples: Any, block: Block) -> Array:
     """Return the samples of a block and of its halo, in their own type."""
     first, slices = block.with_halo()
     if isinstance(samples, np.ndarray):
-        return samples
+        return as_array(samples)
     if isinstance(samples, _Image):
         reader = samples.open()
         read: Array = np.empty([s.stop - s.start for s in slices], reader.dtype)
@@ -257,7 +257,8 @@ def parts_of(
     Chunks that are known are not read.
     """
     if isinstance(samples, np.ndarray):
-        samples = np.require(as_samples(samples), requirements=["C", "ALIGNED"])  # after a message it may be neither
+        samples = as_samples(as_array(samples))
+        samples = np.require(samples, requirements=["C", "ALIGNED"])  # after a message it may be neither
         z = steps[0].with_halo()[0][2]
         for step in steps:
             first, slices = step.with_halo()

@@ -115,9 +115,15 @@ def test_other_than_three_axes_are_refused(shape):
         marrow.Volume(np.zeros(shape))
 
 
-def test_masked_arrays_are_refused(ball):
+def test_masked_arrays_are_refused(ball, tmp_path):
+    masked = np.ma.masked_less(ball, 0)
+    for source in (masked, Convertible(masked)):
+        with pytest.raises(marrow.InputError, match="filled"):
+            marrow.extract(source, 300.5)
+        with pytest.raises(marrow.InputError, match="filled"):
+            marrow.marching_cubes(source, 300.5)
     with pytest.raises(marrow.InputError, match="filled"):
-        marrow.extract(np.ma.masked_less(ball, 0), 300.5)
+        marrow.extract_to_file(Slices(masked), 300.5, tmp_path / "surface.ply")
 
 
 @pytest.mark.parametrize("source", [None, "scan.nii", object(), [[1, 2], [3]]])
@@ -155,6 +161,17 @@ class Convertible:
 
     def __array__(self, dtype=None):
         return self.array
+
+
+class Slices(Convertible):
+    """The same with slices, which are computed when they become arrays, as Dask's are."""
+
+    def __init__(self, array):
+        super().__init__(array)
+        self.shape, self.dtype = array.shape, array.dtype
+
+    def __getitem__(self, key):
+        return Slices(self.array[key])
 
 
 @pytest.mark.parametrize("kind", [Interface, Dlpack, Convertible, memoryview])

@@ -371,6 +371,18 @@ def test_errors(client, tmp_path):
     assert os.listdir(tmp_path) == ["mesh"]
 
 
+def test_masked_samples_are_refused(client, tmp_path):
+    masked = np.ma.masked_equal(noise(np.random.default_rng(8), (20, 20, 20), "u1"), 3)
+    for source in (masked, dask.array.from_array(masked, chunks=(8, 8, 8), asarray=False)):
+        for call in (
+            lambda: marrow.dask.extract(source, 2),
+            lambda: marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply"),
+            lambda: marrow.dask.labels(source),
+        ):
+            with pytest.raises(marrow.InputError, match="filled"):
+                call()
+
+
 def test_an_error_in_the_middle_of_writing_leaves_the_old_file(client, tmp_path):
     samples = noise(np.random.default_rng(6), (40, 20, 20), "u1")
     source = SlowArray(stored(tmp_path, samples, (8, 8, 8)), tmp_path / "reads", last=12)
