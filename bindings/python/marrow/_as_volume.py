@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 
 from ._arrays import Array, as_array
 from ._marrow import InputError
-from ._volume import Volume
+from ._volume import Geometry, Volume
 
 
 def as_volume(source: Any) -> Volume:
@@ -32,6 +32,36 @@ def as_volume(source: Any) -> Volume:
     InputError
         The image has not three dimensions, several components, no samples at its points, or uneven coordinates.
     """
+    if _has(source, "affine", "dataobj", "header"):
+        return _of_nibabel(source)
+    if _is_xarray(source):
+        array, place = _of_xarray(source)
+        return Volume(array, **place)
+    return _in_memory(source) or Volume(source)
+
+
+def as_slices(source: Any, **place: Any) -> tuple[Any, Geometry]:
+    """Return what to take the samples of `source` from, slice by slice, and its place in space.
+
+    Dask's arrays, also those of xarray, and arrays in files stay where they are. `place` is for arrays without one.
+    """
+    volume = _in_memory(source)
+    if volume is not None:
+        array, geometry = volume.array, volume._geometry
+    elif _is_xarray(source):
+        array, own = _of_xarray(source)
+        geometry = Geometry(array.shape, **own)
+    elif _has(source, "shape", "dtype", "__getitem__"):
+        return source, Geometry(source.shape, **place)
+    else:
+        raise InputError(f"a {type(source).__qualname__} has no shape, dtype and slices: give a path or an array")
+    if any(value is not None for value in place.values()):
+        raise InputError(f"a {type(source).__qualname__} has its own spacing, origin and direction: do not give others")
+    return array, geometry
+
+
+def _in_memory(source: Any) -> Optional[Volume]:
+    """Return a volume, or an image whose samples are in memory, as a volume."""
     if isinstance(source, Volume):
         return source
     if _has(source, "GetSpacing", "GetOrigin", "GetDirection", "GetLargestPossibleRegion"):
@@ -40,11 +70,11 @@ def as_volume(source: Any) -> Volume:
         return _of_simple_itk(source)
     if _has(source, "GetSpacing", "GetOrigin", "GetDirectionMatrix", "GetPointData"):
         return _of_vtk(source)
-    if _has(source, "affine", "dataobj", "header"):
-        return _of_nibabel(source)
-    if _has(source, "dims", "coords", "data"):
-        return _of_xarray(source)
-    return Volume(source)
+    return None
+
+
+def _is_xarray(source: Any) -> bool:
+    return _has(source, "dims", "coords", "data")
 
 
 def _has(source: Any, *attributes: str) -> bool:
@@ -117,12 +147,14 @@ def _of_nibabel(image: Any) -> Volume:
     return Volume(array.T, affine=image.affine, space="RAS")  # the axes are i, j, k
 
 
-def _of_xarray(source: Any) -> Volume:
+def _of_xarray(source: Any) -> tuple[Any, dict[str, Any]]:
+    """Return the array, with its axes in the order z, y, x, and its place."""
     dims = tuple(source.dims)
-    order = ("z", "y", "x") if set(dims) == {"x", "y", "z"} else dims
+    names = [str(dim).lower() for dim in dims]
+    order = [dims[names.index(name)] for name in "zyx"] if sorted(names) == ["x", "y", "z"] else dims
     if len(order) != 3:
         raise InputError(f"the DataArray has the dimensions {dims}: choose three, with .isel()")
-    array = as_array(source.data).transpose([dims.index(dim) for dim in order])
+    array = source.data.transpose([dims.index(dim) for dim in order])
     spacing, origin, sign = np.ones(3), np.zeros(3), np.ones(3)
     for axis, dim in enumerate(reversed(order)):
         if dim not in source.coords:
@@ -135,4 +167,4 @@ def _of_xarray(source: Any) -> Volume:
         if step == 0 or not np.allclose(np.diff(values), step, rtol=1e-3, atol=0):
             raise InputError(f"the coordinates along {dim} are not evenly spaced: resample the DataArray first")
         spacing[axis], sign[axis] = abs(step), np.sign(step)
-    return Volume(array, spacing=spacing, origin=origin, direction=np.diag(sign))
+    return array, {"spacing": spacing, "origin": origin, "direction": np.diag(sign)}

@@ -13,6 +13,7 @@ from dask.base import is_dask_collection
 
 from . import _marrow
 from ._arrays import Array, as_array, as_samples, sample_dtype
+from ._as_volume import as_slices
 from ._marrow import InputError
 from ._scan import Path
 from ._volume import Geometry
@@ -126,12 +127,11 @@ class Source:
                 raise InputError("a folder states its own spacing, origin and direction: do not give others")
             self.array: Any = _Image(array)
             reader = self.array.open()
-            geometry = {"spacing": reader.spacing, "origin": reader.origin, "direction": reader.direction}
-        elif all(hasattr(array, name) for name in ("shape", "dtype", "__getitem__")):
-            self.array = array
+            self.geometry = Geometry(
+                reader.shape, spacing=reader.spacing, origin=reader.origin, direction=reader.direction
+            )
         else:
-            raise InputError(f"a {type(array).__qualname__} has no shape, dtype and slices: give a path or an array")
-        self.geometry = Geometry(self.array.shape, **geometry)
+            self.array, self.geometry = as_slices(array, **geometry)
         sample_dtype(np.dtype(self.array.dtype))
 
     @property

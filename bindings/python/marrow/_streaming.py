@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from . import _marrow
 from ._arrays import Array, as_array, as_samples, sample_dtype
+from ._as_volume import as_slices
 from ._marrow import InputError
 from ._mesh import FileSpace
 from ._scan import Path, Progress
@@ -49,7 +50,8 @@ def extract_to_file(
     source : path-like, Volume, or array-like, shape (nz, ny, nx)
         A Zarr folder; an uncompressed NIfTI, NRRD or MetaImage file; or anything with ``shape``, ``dtype`` and
         ``[z0:z1]``, such as arrays of Zarr, h5py, Dask, or numpy.memmap. Its slices are asked for on the calling
-        thread, in whole chunks where it has them.
+        thread, in whole chunks where it has them. Images as for `as_volume`, but for nibabel's: an xarray.DataArray
+        is loaded as a whole, unless it has chunks of Dask.
     isovalue : float
         In the unit of the values.
     path : path-like
@@ -62,7 +64,7 @@ def extract_to_file(
     space : {'LPS', 'RAS', 'none'}
         The space of the file's coordinates, as for `Mesh.write`.
     spacing, origin, direction, affine
-        As for Volume. A path and a Volume have their own.
+        As for Volume. A path, a Volume and an image have their own.
 
     Returns
     -------
@@ -89,21 +91,18 @@ def extract_to_file(
         "threads": threads,
         "progress": progress,
     }
-    has_geometry = any(value is not None for value in (spacing, origin, direction, affine))
-    if isinstance(source, (str, os.PathLike, Volume)) and has_geometry:
+    place = {"spacing": spacing, "origin": origin, "direction": direction, "affine": affine}
+    if isinstance(source, (str, os.PathLike, Volume)) and any(value is not None for value in place.values()):
         raise InputError("a file and a Volume have their own spacing, origin and direction: do not give others")
     if isinstance(source, (str, os.PathLike)):
         return SurfaceSize(*_marrow.extract_file_to_file(source, isovalue, path, **options))
 
-    array = source.samples if isinstance(source, Volume) else source
-    rescale = source.rescale if isinstance(source, Volume) else (1.0, 0.0)
-    if not all(hasattr(array, name) for name in ("shape", "dtype", "__getitem__")):
-        raise InputError(f"a {type(array).__qualname__} has no shape, dtype and slices: give a path or an array")
-    geometry: Union[Volume, Geometry] = (
-        source
-        if isinstance(source, Volume)
-        else Geometry(array.shape, spacing=spacing, origin=origin, direction=direction, affine=affine)
-    )
+    array: Any
+    geometry: Union[Volume, Geometry]
+    if isinstance(source, Volume):  # whose samples take less memory than its values
+        array, geometry, rescale = source.samples, source, source.rescale
+    else:
+        (array, geometry), rescale = as_slices(source, **place), (1.0, 0.0)
 
     def read(first: int, last: int, out: Array) -> None:
         slices = as_samples(as_array(array[first:last]))

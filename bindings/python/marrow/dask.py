@@ -59,12 +59,13 @@ def extract(
     array : path-like or array-like, shape (nz, ny, nx)
         A folder of OME-Zarr or Zarr that all workers can reach; an array of Zarr, which tasks read from its store; a
         Dask array; a NumPy array; or another object with ``shape``, ``dtype`` and slices that can be sent to workers.
+        Images as for `marrow.extract_to_file`.
     isovalue : float
         In the unit of the values.
     closed, normals, topology
         As for `marrow.extract`.
     spacing, origin, direction, affine
-        As for `marrow.Volume`. A folder states its own.
+        As for `marrow.Volume`. A folder and an image have their own.
     blocks : sequence of 3 ints, optional
         The most samples (nz, ny, nx) of a block, which are rounded up to whole chunks where the array has them.
         By default blocks of at most about 128 MiB.

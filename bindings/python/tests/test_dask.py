@@ -371,6 +371,22 @@ def test_errors(client, tmp_path):
     assert os.listdir(tmp_path) == ["mesh"]
 
 
+def test_coordinates_of_xarray_place_the_surface(client, tmp_path):
+    xarray = pytest.importorskip("xarray")
+    samples = noise(np.random.default_rng(9), (20, 21, 22), "u1")
+    array = dask.array.from_array(samples.transpose(2, 0, 1), chunks=(8, 8, 8))
+    coords = dict(z=30 + 2.0 * np.arange(20), y=20 - 1.5 * np.arange(21), x=10 + 0.5 * np.arange(22))
+    chunked = xarray.DataArray(array, coords, ("x", "z", "y"))
+    whole = marrow.extract(chunked, 2)
+    whole.write(tmp_path / "whole.ply")
+    for source in (chunked, chunked.compute(), marrow.as_volume(chunked)):
+        assert same_bytes(marrow.dask.extract(source, 2, blocks=(9, 9, 9)), whole)
+        marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply", blocks=(9, 9, 22))
+        assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
+        with pytest.raises(marrow.InputError, match="do not give others"):
+            marrow.dask.extract(source, 2, spacing=2)
+
+
 def test_masked_samples_are_refused(client, tmp_path):
     masked = np.ma.masked_equal(noise(np.random.default_rng(8), (20, 20, 20), "u1"), 3)
     for source in (masked, dask.array.from_array(masked, chunks=(8, 8, 8), asarray=False)):

@@ -120,7 +120,10 @@ class ItkImage:
     """As much of an image of ITK's as tells its place; the samples come from functions of its module."""
 
     def __init__(self, array):
-        self.array = array
+        self.array, self.shape, self.dtype = array, array.shape, array.dtype
+
+    def __getitem__(self, key):
+        return self.array[key]
 
     def GetSpacing(self):
         return (0.5, 1.0, 2.0)
@@ -146,15 +149,23 @@ class FakeSimpleItk(ItkImage):
         return tuple(DIRECTION.ravel())
 
 
-@pytest.mark.parametrize(
-    ("kind", "module", "function"),
-    [(FakeItk, "itk", "array_view_from_image"), (FakeSimpleItk, "SimpleITK", "GetArrayViewFromImage")],
-)
-def test_images_of_itk_stay_at_their_place_and_alive(ball, monkeypatch, kind, module, function):
-    fake = types.ModuleType(module)
-    setattr(fake, function, lambda image: image.array)
-    monkeypatch.setitem(sys.modules, module, fake)
-    monkeypatch.setattr(kind, "__module__", f"{module}.images")
+@pytest.fixture
+def itk_images(monkeypatch):
+    """Makes stand-ins of the modules of ITK and SimpleITK, and returns the kinds of their images."""
+    for kind, module, function in (
+        (FakeItk, "itk", "array_view_from_image"),
+        (FakeSimpleItk, "SimpleITK", "GetArrayViewFromImage"),
+    ):
+        fake = types.ModuleType(module)
+        setattr(fake, function, lambda image: image.array)
+        monkeypatch.setitem(sys.modules, module, fake)
+        monkeypatch.setattr(kind, "__module__", f"{module}.images")
+    return FakeItk, FakeSimpleItk
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_images_of_itk_stay_at_their_place_and_alive(ball, itk_images, number):
+    kind = itk_images[number]
     image = kind(ball)
     volume = marrow.as_volume(image)
     assert address(volume) == ball.ctypes.data
@@ -172,9 +183,9 @@ def test_coordinates_of_xarray_place_the_samples(ball):
     xarray = pytest.importorskip("xarray")
 
     coords = dict(z=30 + 2.0 * np.arange(30), y=20 - 1.5 * np.arange(31), x=10 + 0.5 * np.arange(32))
-    for dims in (("z", "y", "x"), ("x", "z", "y")):
-        data = ball.transpose(["zyx".index(dim) for dim in dims])
-        volume = marrow.as_volume(xarray.DataArray(data, coords, dims))
+    for dims in (("z", "y", "x"), ("x", "z", "y"), ("X", "Y", "Z")):
+        data = ball.transpose(["zyx".index(dim.lower()) for dim in dims])
+        volume = marrow.as_volume(xarray.DataArray(data, {dim: coords[dim.lower()] for dim in dims}, dims))
         assert address(volume) == ball.ctypes.data
         for k, j, i in ((0, 0, 0), (3, 4, 5), (29, 30, 31)):
             place = [coords["x"][i], coords["y"][j], coords["z"][k], 1]
@@ -186,6 +197,19 @@ def test_coordinates_of_xarray_place_the_samples(ball):
         marrow.as_volume(xarray.DataArray(ball, coords, ("z", "y", "x")))
     with pytest.raises(marrow.InputError, match="three"):
         marrow.as_volume(xarray.DataArray(ball[0], dims=("y", "x")))
+
+
+def test_files_of_images_have_their_place(ball, vtk_image, itk_images, tmp_path):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("dask")
+    coords = dict(z=30 + 2.0 * np.arange(30), y=20 - 1.5 * np.arange(31), x=10 + 0.5 * np.arange(32))
+    array = xarray.DataArray(ball.transpose(2, 0, 1), coords, ("x", "z", "y"))
+    for image in (array, array.chunk(9), vtk_image, *(kind(ball) for kind in itk_images)):
+        marrow.extract(image, 300.5).write(tmp_path / "whole.ply")
+        marrow.extract_to_file(image, 300.5, tmp_path / "slices.ply")
+        assert (tmp_path / "slices.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
+        with pytest.raises(marrow.InputError, match="do not give others"):
+            marrow.extract_to_file(image, 300.5, tmp_path / "slices.ply", spacing=2)
 
 
 def test_a_stand_in_of_trimesh_gets_points_that_it_must_not_merge(ball, monkeypatch):
