@@ -51,6 +51,13 @@ Running& running() {
     return all;
 }
 
+// Whether an answer is False, of Python or NumPy: None and numbers are neither true nor false.
+bool is_false(const py::object& answer) {
+    constexpr bool kConvert = false;
+    py::detail::make_caster<bool> truth;
+    return truth.load(answer, kConvert) && !py::detail::cast_op<bool>(truth);
+}
+
 using Work = std::function<void(const Progress&, const CallPython&)>;
 
 // What the thread of the work and the calling thread tell each other.
@@ -134,7 +141,7 @@ class LongWork {
         if (cancel_) return;
         run_python([&] {
             if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-            if (!progress.is_none() && progress(fraction_.load()).is(py::bool_(false))) cancel_ = true;
+            if (!progress.is_none() && is_false(progress(fraction_.load()))) cancel_ = true;
         });
     }
 

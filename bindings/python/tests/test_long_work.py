@@ -67,16 +67,17 @@ def test_false_cancels_before_work_starts(ball):
             marrow.extract(ball[:3, :3, :3], -999.5, progress=lambda fraction: False)
 
 
-def test_false_cancels_work_that_has_started(rough):
-    answers = [True, False]
+@pytest.mark.parametrize("false", [False, np.False_])
+def test_false_cancels_work_that_has_started(rough, false):
+    answers = [True, false]
     with pytest.raises(marrow.Cancelled):
         rough.simplify(100, progress=lambda fraction: answers.pop(0))
     assert not answers
 
 
-def test_none_and_true_do_not_cancel(noise):
-    assert len(marrow.extract(noise, 500.5, progress=lambda fraction: None).points)
-    assert len(marrow.extract(noise, 500.5, progress=lambda fraction: True).points)
+@pytest.mark.parametrize("answer", [None, True, np.True_, 0, 0.0])
+def test_other_answers_do_not_cancel(noise, answer):
+    assert len(marrow.extract(noise, 500.5, progress=lambda fraction: answer).points)
 
 
 def test_an_exception_of_the_callback_arrives(rough):
