@@ -49,7 +49,9 @@ class FoundWalls {
     }
 
     py::array_t<bool> near(const ArrayMesh& mesh) const {
-        const std::vector<bool> near = near_thin_walls(volume_.view(), found_, mesh.view().points);
+        const std::vector<bool> near = compute(py::none(), [&](const Progress&) {
+            return near_thin_walls(volume_.view(), found_, mesh.view().points);
+        });
         py::array_t<bool> result(static_cast<py::ssize_t>(near.size()));
         std::copy(near.begin(), near.end(), result.mutable_data());
         return result;

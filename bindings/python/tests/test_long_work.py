@@ -138,7 +138,10 @@ def test_a_signal_handler_runs_meanwhile(rough, meanwhile):
         signal.signal(signal.SIGALRM, old)
 
 
-def test_other_threads_go_on_meanwhile(rough, meanwhile):
+@pytest.mark.parametrize("work", ["simplify", "near"])
+def test_other_threads_go_on_meanwhile(noise, rough, meanwhile, work):
+    walls = marrow.find_thin_walls(noise[:40, :40, :40], 500.5, rough)
+    call = {"simplify": lambda: rough.simplify(100), "near": lambda: walls.near(rough)}[work]
     counts, stop = [0], threading.Event()
 
     def count():
@@ -149,7 +152,7 @@ def test_other_threads_go_on_meanwhile(rough, meanwhile):
     try:
         before = counts[0]
         for _ in range(100):
-            rough.simplify(100)
+            call()
             if counts[0] > before + 3:
                 break
         assert counts[0] > before + 3
