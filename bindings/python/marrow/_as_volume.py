@@ -11,6 +11,8 @@ from ._arrays import Array, as_array
 from ._marrow import InputError
 from ._volume import Geometry, Volume
 
+_NIFTI_UNITS = {1: 1e3, 3: 1e-3}  # mm by the codes for metres and micrometres; the others are taken as mm
+
 
 def as_volume(source: Any) -> Volume:
     """Return an image of another package as a volume at the same place in space, without a copy of its samples.
@@ -24,8 +26,9 @@ def as_volume(source: Any) -> Volume:
     Returns
     -------
     Volume
-        The samples of the image. nibabel's RAS is converted to LPS; nibabel and xarray scale and load samples
-        that are not in memory. VTK and xarray do not say which way patients lie: their axes are taken as LPS.
+        The samples of the image. nibabel's RAS is converted to LPS, and NIfTI's metres and micrometres to mm; nibabel
+        and xarray scale and load samples that are not in memory. VTK and xarray do not say which way patients lie:
+        their axes are taken as LPS.
 
     Raises
     ------
@@ -144,7 +147,10 @@ def _of_nibabel(image: Any) -> Volume:
         array = array[..., 0]
     if array.ndim != 3:
         raise InputError(f"the image has {array.ndim} axes: choose a volume, for instance image.slicer[..., 0]")
-    return Volume(array.T, affine=image.affine, space="RAS")  # the axes are i, j, k
+    affine = np.array(image.affine, float)
+    if hasattr(image.header, "get_xyzt_units"):  # only NIfTI states a unit
+        affine[:3] *= _NIFTI_UNITS.get(int(image.header["xyzt_units"]) & 7, 1)
+    return Volume(array.T, affine=affine, space="RAS")  # the axes are i, j, k
 
 
 def _of_xarray(source: Any) -> tuple[Any, dict[str, Any]]:

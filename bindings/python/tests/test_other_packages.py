@@ -108,6 +108,17 @@ def test_a_voxel_of_nibabel_lies_where_nibabel_says(ball, tmp_path, scaled):
     assert np.allclose(own.array, volume.array)
 
 
+@pytest.mark.parametrize("unit", ["unknown", "mm", "meter", "micron"])
+def test_units_of_nibabel_become_millimetres(ball, tmp_path, unit):
+    nibabel = pytest.importorskip("nibabel")
+    image = nibabel.Nifti1Image(ball.T, [[2, 0, 0, 10], [0, 3, 0, 20], [0, 0, 4, 30], [0, 0, 0, 1]])
+    image.header.set_xyzt_units(unit, "sec")
+    nibabel.save(image, tmp_path / "ball.nii")
+    volume = marrow.as_volume(nibabel.load(tmp_path / "ball.nii"))
+    assert np.allclose(volume.affine, marrow.read(tmp_path / "ball.nii").affine, rtol=1e-6)
+    assert volume.spacing[0] == pytest.approx(2 * {"meter": 1e3, "micron": 1e-3}.get(unit, 1))
+
+
 def test_several_volumes_of_nibabel_are_refused(ball):
     nibabel = pytest.importorskip("nibabel")
     image = nibabel.Nifti1Image(np.stack([ball, ball], axis=-1), np.eye(4))
