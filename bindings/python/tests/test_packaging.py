@@ -102,7 +102,8 @@ def test_the_source_archive_holds_what_a_build_needs(tmp_path):
     with tarfile.open(tmp_path / name) as archive:
         archive.extractall(tmp_path)
     source = tmp_path / f"marrow-{version()}"
-    assert f"\nVersion: {version()}\n" in (source / "PKG-INFO").read_text()
+    metadata = (source / "PKG-INFO").read_text().splitlines()
+    assert {f"Version: {version()}", "Requires-Dist: numpy>=1.23,<2"} <= set(metadata)
     run("cmake", "-S", source, "-B", tmp_path / "build", "-G", "Ninja", "-Wno-dev",
         "-D", "MARROW_PYTHON=ON", "-D", f"Python_EXECUTABLE={sys.executable}")
 
