@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Optional
 
+import numpy as np
+
 from . import _marrow
 from ._as_volume import as_volume
 from ._scan import Progress, volume_of
@@ -26,7 +28,7 @@ def crop(volume: Any, lower: Sequence[float], upper: Sequence[float]) -> Volume:
     Returns
     -------
     Volume
-        A copy of the samples, with the geometry of their place.
+        A copy of the samples, of the same type, with the geometry of their place.
 
     Raises
     ------
@@ -34,7 +36,11 @@ def crop(volume: Any, lower: Sequence[float], upper: Sequence[float]) -> Volume:
         No sample lies in the box.
     """
     volume = as_volume(volume)
-    return volume_of(_marrow.crop(volume._native(), lower, upper), volume.info)
+    samples = volume.samples
+    # To copy samples of any type, it is enough that C++ takes a type of their size.
+    same_size = samples.view({1: np.int8, 2: np.int16, 4: np.int32, 8: np.float64}[samples.itemsize])
+    array, spacing, origin, direction, _ = _marrow.crop(volume._native(same_size), lower, upper)
+    return volume_of((array.view(samples.dtype), spacing, origin, direction, volume.rescale), volume.info)
 
 
 def median_filter(volume: Any, radius: int, *, threads: int = 0, progress: Optional[Progress] = None) -> Volume:
@@ -64,9 +70,11 @@ def median_filter(volume: Any, radius: int, *, threads: int = 0, progress: Optio
         `progress` returned False.
     """
     volume = as_volume(volume)
-    return volume_of(
-        _marrow.median_filter(volume._native(), radius, threads=threads, progress=progress), volume.info
+    array, spacing, origin, direction, rescale = _marrow.median_filter(
+        volume._native(), radius, threads=threads, progress=progress
     )
+    array = array.astype(volume.samples.dtype, copy=False)
+    return volume_of((array, spacing, origin, direction, rescale), volume.info)
 
 
 def gaussian_filter(volume: Any, sigma: float, *, threads: int = 0, progress: Optional[Progress] = None) -> Volume:

@@ -81,6 +81,22 @@ def test_filters_keep_the_place_in_space(ball, scan_file):
             bad()
 
 
+@pytest.mark.parametrize("dtype", ["?", "i1", "u4", "i8", "u8", "f2", "f8", ">i2", ">u8"])
+def test_crop_and_median_keep_the_type(ball, dtype):
+    samples = (ball.clip(0, 1000) // 8).astype(dtype)
+    part = marrow.crop(samples, (3, 4, 5), (20, 22, 24)).array
+    assert part.dtype == samples.dtype and np.array_equal(part, samples[5:25, 4:23, 3:21])
+    median = marrow.median_filter(samples, 1).array
+    expected = marrow.median_filter(samples.astype(np.float64), 1).array
+    assert median.dtype == samples.dtype and np.array_equal(median, expected)
+
+
+def test_crop_copies_labels_beyond_2_53(label_map):
+    labels = label_map + np.uint64(2**63)
+    part = marrow.crop(labels, (1, 1, 1), (5, 6, 7)).array
+    assert part.dtype == np.uint64 and np.array_equal(part, labels[1:8, 1:7, 1:6])
+
+
 @pytest.mark.parametrize("transpose", [(0, 1, 2), (2, 0, 1)])
 def test_filters_of_any_memory_order_agree(ball, transpose):
     view = np.transpose(ball, transpose)[::-1]
