@@ -133,16 +133,16 @@ def count_labels(volume: Any, *, threads: int = 0, progress: Optional[Progress] 
         `progress` returned False.
     """
     volume = as_volume(volume)
-    values, numbers, _ = renumbered(volume.array)
+    values, numbers, _ = renumbered(volume.array, most=2**31)  # the indices are int32
     counts = _marrow.count_labels(volume._native(numbers), threads=threads, progress=progress)
     return counts if values is None else {int(values[number]): count for number, count in counts.items()}
 
 
-def renumbered(array: Array, background: int = 0) -> tuple[Optional[Array], Array, int]:
+def renumbered(array: Array, background: int = 0, most: int = 65535) -> tuple[Optional[Array], Array, int]:
     """Return the labels of a map, ascending, and the map of their indices, of a type that the core takes.
 
     The background is one of these labels, and its index comes last. Maps of types that the core takes anyway are
-    returned as they are, with None and the background itself.
+    returned as they are, with None and the background itself. Surfaces have at most 65535 labels.
     """
     kind, size = array.dtype.kind, array.dtype.itemsize
     if kind not in "ui" or size < 4 or (kind == "i" and size == 4):
@@ -154,8 +154,8 @@ def renumbered(array: Array, background: int = 0) -> tuple[Optional[Array], Arra
         raise InputError(f"the background label {background} does not fit the type {array.dtype} of the label map")
     outside = np.array([background], array.dtype)
     values = np.unique(np.concatenate([outside, *(np.unique(part) for part in array)]))
-    if len(values) > 65535:
-        raise InputError(f"the map has {len(values)} labels, more than 65535; extract a part of it")
+    if len(values) > most:
+        raise InputError(f"the map has {len(values)} labels, more than {most}; extract a part of it")
     numbers = np.empty(array.shape, np.int32)
     for part, to in zip(array, numbers):
         to[...] = np.searchsorted(values, part)

@@ -200,6 +200,16 @@ def test_labels_beyond_32_bits_give_the_same_surfaces(label_map, dtype):
     assert list(marrow.labels(big, background=large + 1)) == [0, large + 2]
 
 
+@pytest.mark.parametrize("dtype", ["int32", "uint32", "int64", "uint64"])
+def test_any_number_of_labels_is_counted_but_not_extracted(dtype):
+    labels = np.arange(66000).astype(dtype).reshape(30, 40, 55)
+    labels[0, 0, :3] = 7
+    counts = marrow.count_labels(labels)
+    assert list(counts) == list(range(3, 66000)) and counts.pop(7) == 4 and set(counts.values()) == {1}
+    with pytest.raises(marrow.InputError, match="65535"):
+        marrow.labels(labels)
+
+
 def test_fractions_are_no_labels():
     with pytest.raises(marrow.InputError):
         marrow.labels(np.full((3, 3, 3), 0.5))
