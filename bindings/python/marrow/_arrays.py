@@ -63,3 +63,16 @@ def as_samples(array: Array) -> Array:
         if array.size and (int(array.max()) > exact or int(array.min()) < -exact):
             raise InputError(f"a sample of type {array.dtype} is beyond 2^53, which float64 cannot hold exactly")
     return array.astype(dtype, copy=False)
+
+
+def copy_samples(source: Any, to: Array, name: str) -> None:
+    """Copy the samples of `source`, a part of an array, to where the array's shape and dtype have let expect them."""
+    samples = as_samples(as_array(source))
+    if samples.shape != to.shape:
+        raise InputError(f"{name} has the shape {samples.shape} instead of {to.shape}")
+    if samples.dtype != to.dtype:
+        raise InputError(
+            f"{name} has samples of type {samples.dtype}, and the array's dtype promises {to.dtype}: "
+            "give an array whose dtype is that of its slices"
+        )
+    np.copyto(to, samples)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _marrow
-from ._arrays import Array, as_array, as_samples, sample_dtype
+from ._arrays import Array, copy_samples, sample_dtype
 from ._as_volume import as_slices
 from ._marrow import InputError
 from ._mesh import FileSpace
@@ -76,8 +76,8 @@ def extract_to_file(
     EmptySurface
         All samples are on one side of the isovalue. There is no file then, nor after another error.
     InputError
-        `source` cannot be sliced, has not three axes, or must be read as a whole; the format of the output
-        cannot be written in parts.
+        `source` cannot be sliced, has not three axes or slices of its dtype, or must be read as a whole; the format
+        of the output cannot be written in parts.
     LimitError
         `max_memory` is too little, or there are more than 2^32 - 1 points.
     IoError, Cancelled
@@ -105,10 +105,7 @@ def extract_to_file(
         (array, geometry), rescale = as_slices(source, **place), (1.0, 0.0)
 
     def read(first: int, last: int, out: Array) -> None:
-        slices = as_samples(as_array(array[first:last]))
-        if slices.shape != out.shape:
-            raise InputError(f"slices {first} to {last} have the shape {slices.shape} instead of {out.shape}")
-        np.copyto(out, slices)
+        copy_samples(array[first:last], out, f"the part [{first}:{last}] of the array")
 
     size = _marrow.extract_slices_to_file(
         read,

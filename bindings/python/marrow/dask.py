@@ -82,8 +82,8 @@ def extract(
     EmptySurface
         All samples are on one side of the isovalue.
     InputError
-        The array cannot be sliced or has not three axes, the folder is not Zarr or has to be given a geometry, or
-        there is no client.
+        The array cannot be sliced, or has not three axes or slices of its dtype; the folder is not Zarr or has to be
+        given a geometry; or there is no client.
     LimitError
         More than 2^32 - 1 points, or not enough memory.
     """

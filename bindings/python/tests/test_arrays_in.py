@@ -126,6 +126,14 @@ def test_masked_arrays_are_refused(ball, tmp_path):
         marrow.extract_to_file(Slices(masked), 300.5, tmp_path / "surface.ply")
 
 
+@pytest.mark.parametrize("dtype", ["int16", "float32"])
+def test_slices_of_another_type_than_that_of_the_array_are_refused(ball, tmp_path, dtype):
+    source = Slices(ball.astype(np.float64))
+    source.dtype = np.dtype(dtype)
+    with pytest.raises(marrow.InputError, match=rf"the part \[0:\d+\] .* float64, .* {dtype}: give an array"):
+        marrow.extract_to_file(source, 300.5, tmp_path / "surface.ply")
+
+
 @pytest.mark.parametrize("source", [None, "scan.nii", object(), [[1, 2], [3]]])
 def test_what_is_no_array_is_refused(source):
     with pytest.raises(marrow.InputError):

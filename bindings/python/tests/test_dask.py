@@ -387,6 +387,14 @@ def test_coordinates_of_xarray_place_the_surface(client, tmp_path):
             marrow.dask.extract(source, 2, spacing=2)
 
 
+def test_blocks_of_another_type_than_that_of_the_array_are_refused(client, tmp_path):
+    samples = noise(np.random.default_rng(10), (20, 20, 20), "f8")
+    source = SlowArray(stored(tmp_path, samples, (8, 8, 8)), tmp_path / "reads")
+    source.dtype = np.dtype("f4")
+    with pytest.raises(marrow.InputError, match="float64, .* float32"):
+        marrow.dask.extract(source, 2)
+
+
 def test_masked_samples_are_refused(client, tmp_path):
     masked = np.ma.masked_equal(noise(np.random.default_rng(8), (20, 20, 20), "u1"), 3)
     for source in (masked, dask.array.from_array(masked, chunks=(8, 8, 8), asarray=False)):
