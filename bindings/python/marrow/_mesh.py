@@ -14,6 +14,7 @@ from ._marrow import InputError, IoError
 from ._measures import Distance, MeshCheck, MeshMeasures, Roughness, TriangleQuality
 from ._scan import Path, Progress
 from ._trust import Trust
+from ._volume import _numbers
 
 if TYPE_CHECKING:
     import meshio
@@ -53,7 +54,8 @@ class Mesh:
     Raises
     ------
     InputError
-        An array has another shape or no numbers, or a triangle names a point that does not exist.
+        An array has another shape or no numbers, a triangle names a point that does not exist, or a number of
+        `colour` is not from 0 to 1.
 
     Notes
     -----
@@ -84,7 +86,7 @@ class Mesh:
         self.triangles = _indices(triangles, len(self.points))
         self.normals = None if normals is None else _vectors("normals", normals)
         self.name = name
-        self.colour = None if colour is None else (float(colour[0]), float(colour[1]), float(colour[2]))
+        self.colour = _colour(colour)
         if self.normals is not None and len(self.normals) != len(self.points):
             raise InputError(f"there are {len(self.normals)} normals for {len(self.points)} points")
 
@@ -100,7 +102,7 @@ class Mesh:
     def _surface(self) -> tuple[Any, ...]:
         """Return what files hold of the mesh."""
         arrays, colours = (self.trust._arrays(), self.trust.colours) if self.trust else ([], None)
-        return self._native(), self.name, self.colour, arrays, colours
+        return self._native(), self.name, _colour(self.colour), arrays, colours
 
     def _native(self) -> _marrow.ArrayMesh:
         return _marrow.ArrayMesh(self.points, self.triangles, self.normals)
@@ -417,6 +419,16 @@ def write_meshes(
     _marrow.write_meshes([mesh._surface() for mesh in meshes], path, space=space, progress=progress)
     if verify:
         _verify(meshes, path, space)
+
+
+def _colour(values: Optional[Sequence[float]]) -> Optional[Colour]:
+    """Return red, green and blue, or None. Files hold no other numbers than from 0 to 1."""
+    if values is None:
+        return None
+    red, green, blue = _numbers("colour", values, (3,)).tolist()
+    if not all(0 <= value <= 1 for value in (red, green, blue)):
+        raise InputError(f"colour is red, green and blue from 0 to 1, not {values!r}")
+    return red, green, blue
 
 
 def _verify(meshes: Sequence[Mesh], path: Path, space: FileSpace) -> None:

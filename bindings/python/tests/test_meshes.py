@@ -71,6 +71,16 @@ def test_bad_arrays_are_refused(points, triangles, normals):
         marrow.Mesh(points, triangles, normals)
 
 
+@pytest.mark.parametrize("colour", [(255, 0, 128), (-0.1, 0, 0), (np.nan, 0, 0), (1, 0), (1, 0, 0, 1), "red"])
+def test_colours_that_files_cannot_hold_are_refused(ball, tmp_path, colour):
+    mesh = marrow.extract(ball, 300.5)
+    with pytest.raises(marrow.InputError, match="colour is"):
+        marrow.Mesh(mesh.points, mesh.triangles, colour=colour)
+    mesh.colour = colour
+    with pytest.raises(marrow.InputError, match="colour is"):
+        mesh.write(tmp_path / "mesh.glb")
+
+
 @pytest.mark.parametrize(
     "change",
     [
