@@ -56,7 +56,8 @@ def marching_cubes(
     ----------
     volume : array_like, shape (M, N, P)
         The samples, at least 2 along each axis. They are copied only if their type is float16, uint32, int64 or
-        uint64, if their bytes are in another order than the processor's, or with `step_size`.
+        uint64, if their bytes are in another order than the processor's, with `step_size`, or if some are infinite,
+        which count as the largest and the smallest number of their type. NaN counts as outside.
     level : float, optional
         The isovalue: samples greater than `level` are inside. By default the mean of the lowest and the
         highest sample.
@@ -132,9 +133,10 @@ def marching_cubes(
         raise EmptySurface(f"step_size {step_size} leaves a single sample along an axis, and so no cell")
     distances = [float(distance) * int(step_size) for distance in spacing]
     inside = None if mask is None else _in_array_order(_mask(mask, array.shape, closed, snap)[steps], distances)
-    result = MarchingCubes(
-        *_marrow.marching_cubes(
-            _in_array_order(array[steps], distances),
+
+    def extract(samples: NDArray[Any]) -> tuple[MarchingCubes, bool]:
+        verts, faces, normals, values, all_finite = _marrow.marching_cubes(
+            _in_array_order(samples[steps], distances),
             isovalue,
             mask=inside,
             inward=gradient_direction == "descent",
@@ -144,7 +146,11 @@ def marching_cubes(
             threads=threads,
             progress=progress,
         )
-    )
+        return MarchingCubes(verts, faces, normals, values), all_finite
+
+    result, all_finite = extract(array)
+    if not all_finite and any(np.isinf(part).any() for part in array):
+        result, _ = extract(_with_numbers_for_infinity(array))
     if len(result.verts) == 0:
         _raise_for_range(array, level)
         raise EmptySurface("there is no surface at this level")
@@ -174,6 +180,11 @@ def _mask(mask: ArrayLike, shape: tuple[int, ...], closed: bool, snap: float) ->
 def _in_array_order(array: NDArray[Any], spacing: Sequence[float]) -> _marrow.ArrayVolume:
     """The volume whose points have the coordinates (axis 0, axis 1, axis 2)."""
     return _marrow.ArrayVolume(array, spacing[::-1], (0.0, 0.0, 0.0), np.eye(3)[::-1])
+
+
+def _with_numbers_for_infinity(array: NDArray[Any]) -> NDArray[Any]:
+    most = np.finfo(array.dtype).max  # elsewhere in Marrow, infinite samples are outside
+    return np.clip(array, -most, most)
 
 
 def _middle(array: NDArray[Any]) -> float:

@@ -96,14 +96,17 @@ void keep_masked(const VolumeView& volume, const VolumeView& mask, Mesh& mesh, B
         for (std::uint32_t& point : triangle) point = number[point];
 }
 
+// The last of the tuple is whether all samples are finite.
 py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, const ArrayVolume* mask, bool inward,
                          bool closed, double snap, bool topology, int threads, const py::object& progress) {
     Mesh mesh;
+    IsosurfaceStats stats;
     auto values = std::make_unique<Buffer<float>>();
     run_long_work(progress, [&](const Progress& report) {
         mesh = extract_isosurface(
             volume.view(), isovalue,
-            {.closed = closed, .snap = snap, .topology = topology, .threads = threads, .progress = report});
+            {.closed = closed, .snap = snap, .topology = topology, .threads = threads, .progress = report},
+            &stats);
         if (inward)
             for (auto& triangle : mesh.triangles) std::swap(triangle[0], triangle[2]);
         values->resize(mesh.points.size());
@@ -115,9 +118,9 @@ py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, const Array
     const py::tuple arrays = to_python(std::move(mesh));
     const py::capsule owner(values.get(), [](void* p) { delete static_cast<Buffer<float>*>(p); });
     const Buffer<float>& numbers = *values.release();
-    return py::make_tuple(
-        arrays[0], arrays[1], arrays[2],
-        py::array_t<float>(static_cast<py::ssize_t>(numbers.size()), numbers.data(), owner));
+    return py::make_tuple(arrays[0], arrays[1], arrays[2],
+                          py::array_t<float>(static_cast<py::ssize_t>(numbers.size()), numbers.data(), owner),
+                          stats.non_finite_samples == 0);
 }
 
 }  // namespace

@@ -158,6 +158,23 @@ def test_without_finite_samples_the_level_must_be_given():
     assert len(marrow.marching_cubes(volume, 10.5).verts) > 0
 
 
+@pytest.mark.parametrize("topology", [False, True])
+@pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
+@pytest.mark.parametrize("level", [-79, 0, 49])
+def test_infinite_samples_are_on_their_side_of_the_level(level, dtype, topology):
+    volume = ball(dtype=dtype)
+    volume[volume > 50], volume[volume < -80] = np.inf, -np.inf
+    given = volume.copy()
+    theirs = measure.marching_cubes(volume.astype(np.float32), level)[0]
+    ours = marrow.marching_cubes(volume, level, topology=topology)
+    assert np.array_equal(volume, given)
+    assert len(ours.verts) == len(theirs)
+    distance = np.abs(ours.verts[:, None] - theirs).max(axis=2)  # points keep 1/1024 of an edge away from samples
+    assert distance.min(axis=1).max() < 1.01 / 1024 and distance.min(axis=0).max() < 1.01 / 1024
+    out = ours.verts - np.array([11.2, 9.7, 13.4])
+    assert np.isfinite(ours.normals).all() and (np.einsum("ij,ij->i", ours.normals, out) > 0).all()
+
+
 @pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.float32])
 def test_samples_that_equal_the_level_are_outside_and_leave_no_hole(dtype):
     """scikit-image puts all points around such a sample at the sample itself, and so makes faces without area."""
