@@ -8,12 +8,15 @@
 class vtkContourValues;
 
 /// Extracts isosurfaces of point scalars by marching cubes with histogram pyramids, with the methods of
-/// vtkFlyingEdges3D. The points are those of vtkFlyingEdges3D, but for the floats' last digits; the triangles
-/// leave no holes and no edge that more than two of them share.
+/// vtkFlyingEdges3D for values, normals and scalars; ComputeGradients, InterpolateAttributes and
+/// ArrayComponent are not there. The points are those of vtkFlyingEdges3D, but for the floats' last digits;
+/// the triangles leave no holes and no edge that more than two of them share. NaN and infinite samples are
+/// outside.
 ///
 /// Samples are read where they are, without a copy: unsigned char, signed char, char, short, unsigned short,
-/// int, float or double, of one component, in VTK's standard memory layout. Any spacing, origin, extent and
-/// direction will do. The arrays of the output are Marrow's own, also without a copy, if there is one value.
+/// int, float or double, of one component, in VTK's standard memory layout. Others are an error, and the
+/// output is empty. Any spacing, origin, extent and direction will do. The arrays of the output are Marrow's
+/// own, also without a copy, if there is one value.
 ///
 /// In a pipeline of pieces, as with MPI, each piece has the cells of its input that are not ghost cells, and
 /// each of its points and normals has the bits of the whole surface's. Normals at a piece's border need one
