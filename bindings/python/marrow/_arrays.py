@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -65,14 +66,14 @@ def as_samples(array: Array) -> Array:
     return array.astype(dtype, copy=False)
 
 
-def copy_samples(source: Any, to: Array, name: str) -> None:
-    """Copy the samples of `source`, a part of an array, to where the array's shape and dtype have let expect them."""
+def as_samples_of(source: Any, shape: Sequence[int], dtype: np.dtype[Any], name: str) -> Array:
+    """Return a part of an array as samples, if it has the shape and the type that the array has let expect."""
     samples = as_samples(as_array(source))
-    if samples.shape != to.shape:
-        raise InputError(f"{name} has the shape {samples.shape} instead of {to.shape}")
-    if samples.dtype != to.dtype:
+    if samples.shape != tuple(shape):
+        raise InputError(f"{name} has the shape {samples.shape} instead of {tuple(shape)}")
+    if samples.dtype != dtype:
         raise InputError(
-            f"{name} has samples of type {samples.dtype}, and the array's dtype promises {to.dtype}: "
+            f"{name} has samples of type {samples.dtype}, and the array's dtype promises {dtype}: "
             "give an array whose dtype is that of its slices"
         )
-    np.copyto(to, samples)
+    return samples

@@ -12,7 +12,7 @@ import numpy as np
 from dask.base import is_dask_collection
 
 from . import _marrow
-from ._arrays import Array, as_array, as_samples, copy_samples, sample_dtype
+from ._arrays import Array, as_array, as_samples, as_samples_of, sample_dtype
 from ._as_volume import as_slices
 from ._marrow import InputError
 from ._scan import Path
@@ -281,7 +281,7 @@ def parts_of(
         if reader:
             reader.read((*first[:2], missing.start), out, known.within((missing, y, x)) if known else None)
         else:
-            copy_samples(samples[missing, y, x], out, "a block of the array")
+            out[...] = as_samples_of(samples[missing, y, x], out.shape, out.dtype, "a block of the array")
         yield _array_part(buffer[: len(held)], first, step, geometry)
 
 

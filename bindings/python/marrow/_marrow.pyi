@@ -317,7 +317,7 @@ def extract_file_to_file(
     progress: _Progress,
 ) -> tuple[int, int]: ...
 def extract_slices_to_file(
-    read: Callable[[int, int, Any], None],
+    read: Callable[[int, int], NDArray[Any]],
     shape: Sequence[int],
     dtype: np.dtype[Any],
     slices_at_once: int,

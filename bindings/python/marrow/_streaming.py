@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _marrow
-from ._arrays import Array, copy_samples, sample_dtype
+from ._arrays import Array, as_samples_of, sample_dtype
 from ._as_volume import as_slices
 from ._marrow import InputError
 from ._mesh import FileSpace
@@ -104,13 +104,16 @@ def extract_to_file(
     else:
         (array, geometry), rescale = as_slices(source, **place), (1.0, 0.0)
 
-    def read(first: int, last: int, out: Array) -> None:
-        copy_samples(array[first:last], out, f"the part [{first}:{last}] of the array")
+    dtype = sample_dtype(np.dtype(array.dtype))
+
+    def read(first: int, last: int) -> Array:
+        shape = (last - first, *array.shape[1:])
+        return as_samples_of(array[first:last], shape, dtype, f"the part [{first}:{last}] of the array")
 
     size = _marrow.extract_slices_to_file(
         read,
         array.shape,
-        sample_dtype(np.dtype(array.dtype)),
+        dtype,
         _slices_at_once(array),
         geometry.spacing,
         geometry.origin,

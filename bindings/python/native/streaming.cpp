@@ -69,8 +69,9 @@ std::pair<std::uint64_t, std::uint64_t> file_to_file(const std::filesystem::path
     });
 }
 
-// Calls read(first, last, out) on the calling thread. It fills `out`, an array [k, j, i] of the slices first
-// <= k < last, and must not keep it.
+// Calls read(first, last) on the calling thread. It returns an array [k, j, i] of the slices
+// first <= k < last. It does not get the memory to fill: the traceback of an exception would keep that for
+// longer than it exists.
 std::pair<std::uint64_t, std::uint64_t> slices_to_file(const py::function& read, const Geometry& geometry,
                                                        const py::dtype& type, std::int64_t slices_at_once,
                                                        const Rescale& rescale, const FileOptions& options,
@@ -84,8 +85,10 @@ std::pair<std::uint64_t, std::uint64_t> slices_to_file(const py::function& read,
     run_long_work(progress, [&](const Progress& report, const CallPython& call) {
         source.read = [&](std::int64_t first, std::int64_t last, void* samples) {
             call([&] {
+                const py::object slices = read(first, last);
                 const std::vector<py::ssize_t> shape{last - first, geometry.dims[1], geometry.dims[0]};
-                read(first, last, py::array(type, shape, samples, py::capsule(samples)));
+                py::array(type, shape, samples, py::capsule(samples))
+                    .attr("__setitem__")(py::ellipsis(), slices);
             });
         };
         size = write_surface(source, options, report);

@@ -134,6 +134,17 @@ def test_slices_of_another_type_than_that_of_the_array_are_refused(ball, tmp_pat
         marrow.extract_to_file(source, 300.5, tmp_path / "surface.ply")
 
 
+def test_the_traceback_of_an_error_keeps_no_memory_of_the_work(ball, tmp_path):
+    """Debuggers, and pytest itself, would read it after it is gone."""
+    source = Slices(ball)
+    source.shape = (30, 31, 33)
+    with pytest.raises(marrow.InputError, match="shape") as error:
+        marrow.extract_to_file(source, 300.5, tmp_path / "surface.ply")
+    kept = [value for entry in error.traceback for value in entry.frame.f_locals.values()]
+    arrays = [value for value in kept if isinstance(value, np.ndarray)]
+    assert arrays and all(np.shares_memory(array, ball) for array in arrays)
+
+
 @pytest.mark.parametrize("source", [None, "scan.nii", object(), [[1, 2], [3]]])
 def test_what_is_no_array_is_refused(source):
     with pytest.raises(marrow.InputError):
