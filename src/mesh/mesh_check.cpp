@@ -13,6 +13,7 @@
 #include "base/disjoint_sets.h"
 #include "base/for_each_range.h"
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "find_components.h"
 #include "mesh/connectivity/check_mesh.h"
 #include "mesh/connectivity/count_edges.h"
@@ -132,6 +133,7 @@ void check_walls(const MeshView& mesh, const std::vector<double>& thickness, Mes
 void check_surface(const MeshView& mesh, const CheckOptions& options, MeshCheck& check) {
     const double walls_begin = options.min_wall ? 0.6 : 1;
     const OneRings rings(mesh);
+    report_progress(options.progress, 0);  // so that the check can be cancelled here
     parallel_invoke(
         [&] {
             check.self_intersections = static_cast<std::int64_t>(

@@ -64,12 +64,15 @@ std::pair<double, double> cell_range(const VolumeView& volume, const std::array<
 }
 
 // Keeps the triangles of cells whose eight samples are not 0 in the mask, and their points. The cells that
-// are left also decide the values.
-void keep_masked(const VolumeView& volume, const VolumeView& mask, Mesh& mesh, Buffer<float>& values) {
+// are left also decide the values. \throw Cancelled
+void keep_masked(const VolumeView& volume, const VolumeView& mask, const Progress& report, Mesh& mesh,
+                 Buffer<float>& values) {
     const IndexMapping in_volume(volume.geometry), in_mask(mask.geometry);
     std::fill(values.begin(), values.end(), -1.0F);  // the point is not used
-    std::size_t kept = 0;
+    constexpr std::size_t kTogether = 65536;  // between two chances to cancel
+    std::size_t kept = 0, seen = 0;
     for (const Triangle& triangle : mesh.triangles) {
+        if (++seen % kTogether == 0 && !report(1)) throw Cancelled();
         Vec3d centre{0, 0, 0};  // never in a face of its cell: a triangle has no area in one
         for (const std::uint32_t point : triangle)
             for (std::size_t m = 0; m < 3; ++m) centre[m] += mesh.points[point][m] / 3.0;
@@ -111,7 +114,7 @@ py::tuple marching_cubes(const ArrayVolume& volume, double isovalue, const Array
             for (auto& triangle : mesh.triangles) std::swap(triangle[0], triangle[2]);
         values->resize(mesh.points.size());
         if (mask != nullptr)
-            keep_masked(volume.view(), mask->view(), mesh, *values);
+            keep_masked(volume.view(), mask->view(), report, mesh, *values);
         else
             find_values(volume.view(), mesh.points, threads, report, values->data());
     });
