@@ -75,7 +75,8 @@ export class Engine {
       codecs,
       baseUrl: setup.baseUrl === undefined ? undefined : new URL(setup.baseUrl, globalThis.location?.href).href,
     });
-    this.ready.catch(() => {});  // calls that wait for it reject too
+    // A worker that did not start is of no use again. The calls that wait for it reject with the same reason.
+    this.ready.catch((error) => this.#finish(error));
   }
 
   /**

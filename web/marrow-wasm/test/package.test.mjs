@@ -32,3 +32,14 @@ test('all that index.d.ts declares is there', () => {
   const text = readFileSync(join(packageFolder, 'index.d.ts'), 'utf8');
   for (const [, name] of text.matchAll(/^export (?:function|class|const) (\w+)/gm)) assert.ok(name in marrow, name);
 });
+
+test('a worker that cannot start is not used again', async () => {
+  const { prepare, scanOf } = marrow, make = () => scanOf(new Uint8Array(8), { dims: [2, 2, 2] });
+  const failed = await Promise.allSettled([prepare({ baseUrl: 'file:///nowhere/' }), make()]);
+  for (const { reason } of failed) {
+    assert.equal(reason?.code, 3);
+    assert.match(reason.message, /nowhere\/marrow\.mjs/);
+  }
+  await prepare({ baseUrl: `file://${packageFolder}/` });
+  (await make()).dispose();
+});
