@@ -8,16 +8,37 @@ async function view(blob, begin, end) {
   return new DataView(await blob.slice(begin, end).arrayBuffer());
 }
 
-async function content(archive, method, offset, packed) {
-  const local = await view(archive, offset, offset + 30);
-  if (local.byteLength < 30 || local.getUint32(0, true) !== kLocal) throw new Error(kDamaged);
-  const begin = offset + 30 + local.getUint16(26, true) + local.getUint16(28, true);
-  const data = archive.slice(begin, begin + packed);
-  if (method === 0) return data;
-  if (method !== 8) throw new Error(kDamaged);
+// The CRC-32 of each byte.
+const kCrcs = Int32Array.from({ length: 256 }, (_, byte) => {
+  for (let bit = 0; bit < 8; ++bit) byte = byte & 1 ? byte >>> 1 ^ 0xedb88320 : byte >>> 1;
+  return byte;
+});
+
+// Reads data piece by piece, because it may be large.
+async function isIntact(data, crc, size) {
+  let found = -1;
+  for (const reader = data.stream().getReader(); ;) {
+    const { done, value } = await reader.read();
+    if (done) break;
+    for (let i = 0; i < value.length; ++i) found = kCrcs[(found ^ value[i]) & 255] ^ found >>> 8;
+  }
+  return data.size === size && (~found >>> 0) === crc;
+}
+
+async function inflate(data) {
   // The streams of node 18 know no bare deflate.
   if (inNode) return new Blob([(await import('node:zlib')).inflateRawSync(await data.arrayBuffer())]);
   return new Response(data.stream().pipeThrough(new DecompressionStream('deflate-raw'))).blob();
+}
+
+async function content(archive, { method, offset, packed, crc, size }) {
+  const local = await view(archive, offset, offset + 30);
+  if (local.byteLength < 30 || local.getUint32(0, true) !== kLocal) throw new Error(kDamaged);
+  const begin = offset + 30 + local.getUint16(26, true) + local.getUint16(28, true);
+  const stored = archive.slice(begin, begin + packed);
+  const data = method === 0 ? stored : method === 8 ? await inflate(stored).catch(() => undefined) : undefined;
+  if (!data || !(await isIntact(data, crc, size))) throw new Error(kDamaged);
+  return data;
 }
 
 /** The files of an archive, as { path, data: Blob }. Throws an Error whose message continues the archive's name. */
@@ -38,11 +59,10 @@ export async function unzip(archive) {
     const encrypted = list.getUint16(at + 8, true) & 1;
     const path = new TextDecoder().decode(new Uint8Array(list.buffer, at + 46, name));
     if (encrypted) throw new Error('is an encrypted ZIP archive; unpack it first');
-    if (!path.endsWith('/') && !path.startsWith('__MACOSX/'))
-      files.push({
-        path,
-        data: await content(archive, list.getUint16(at + 10, true), list.getUint32(at + 42, true), list.getUint32(at + 20, true)),
-      });
+    if (!path.endsWith('/') && !path.startsWith('__MACOSX/')) {
+      const [crc, packed, size, offset] = [16, 20, 24, 42].map((field) => list.getUint32(at + field, true));
+      files.push({ path, data: await content(archive, { method: list.getUint16(at + 10, true), offset, packed, crc, size }) });
+    }
     at += 46 + name + extra + comment;
   }
   return files;

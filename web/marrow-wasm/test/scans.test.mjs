@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import test from 'node:test';
-import { deflateRawSync } from 'node:zlib';
+import { gzipSync } from 'node:zlib';
 
 import { bytesOf, dicomSeries, folder, geometry, lumps, marrow, runNative, withNative, writeVolume } from './support.mjs';
 
@@ -38,15 +38,17 @@ test('DICOM in memory and on the disk has native\'s surface', withNative, async 
   }
 });
 
-// A ZIP archive of compressed files.
-function zip(files) {
+// A ZIP archive of files, which are compressed unless they are `stored`.
+function zip(files, { stored = false } = {}) {
   const parts = [], entries = [];
   let offset = 0;
   for (const { path, data } of files) {
-    const name = Buffer.from(path), packed = deflateRawSync(data);
+    // A gzip file is a header of 10 bytes, the compressed data, the CRC-32 and the size.
+    const name = Buffer.from(path), gzip = gzipSync(data), packed = stored ? data : gzip.subarray(10, -8);
     const common = Buffer.alloc(26);
     common.writeUInt16LE(20, 0);
-    common.writeUInt16LE(8, 4);
+    common.writeUInt16LE(stored ? 0 : 8, 4);
+    gzip.copy(common, 10, gzip.length - 8, gzip.length - 4);
     common.writeUInt32LE(packed.length, 14);
     common.writeUInt32LE(data.length, 18);
     common.writeUInt16LE(name.length, 22);
@@ -73,6 +75,21 @@ test('a ZIP archive is its files', async () => {
   assert.equal(report.series[0].files, 23);
   assert.equal(report.chosen, 0);
   assert.equal((await rejection(inspectScan({ path: 'study.zip', data: zip(files).subarray(100) }))).code, 3);
+});
+
+test('a ZIP archive with a changed byte is refused, whether it is compressed or not', async () => {
+  const files = dicomSeries(lumps('int16'));
+  for (const stored of [false, true]) {
+    const whole = zip(files, { stored }), { series } = await inspectScan({ path: 'study.zip', data: whole });
+    assert.equal(series[0].files, 23);
+    for (const at of [600, 900, 1200]) {
+      const damaged = Buffer.from(whole);
+      damaged[damaged.indexOf('series/011.dcm') + at] ^= 4;
+      const error = await rejection(readScan({ path: 'study.zip', data: damaged }));
+      assert.equal(error.code, 3);
+      assert.match(error.message, /^'study\.zip' is a damaged or unsupported ZIP archive; unpack it first$/);
+    }
+  }
 });
 
 test('several series are listed, and one is chosen by its number', async () => {
