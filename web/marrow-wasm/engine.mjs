@@ -42,7 +42,8 @@ function startWorker() {
     post: (message, transfer) => worker.postMessage(message, transfer),
     listen: (onMessage, onFailure) => {
       worker.onmessage = (event) => onMessage(event.data);
-      worker.onerror = (event) => onFailure(new Error(event.message));
+      // The event has no message if the script was not loaded, as after a newer version of the page took its place.
+      worker.onerror = (event) => onFailure(new Error(event.message ?? 'its script cannot be loaded; reload the page'));
     },
     end: () => worker.terminate(),
     keepAlive: () => {},

@@ -20,7 +20,8 @@ export async function demoScan(onProgress: (fraction: number) => void): Promise<
       files[data.k] = { path: `demo-head/${String(data.k + 1).padStart(3, '0')}.dcm`, data: new Blob([data.file]) };
       onProgress(++done / files.length);
     };
-    worker.onerror = (event) => reject(new Error(`The demo scan could not be computed: ${event.message}`));
+    worker.onerror = ({ message = 'its script cannot be loaded; reload the page' }) =>
+      reject(new Error(`The demo scan could not be computed: ${message}`));
     worker.postMessage(range);
   });
   await Promise.all(Array.from({ length: workers }, (_, first) => compute({ first, step: workers })));
