@@ -10,7 +10,7 @@ import { showHelp } from './dialogs/help';
 import { byId, elementOf, save } from './dom';
 import icons from './icons.svg?raw';
 import { startOffline } from './offline';
-import { commandOf, surfaceName } from './recipe';
+import { commandOf, hidesAll, surfaceName } from './recipe';
 import { filesOfDrop, filesOfInput } from './scan/collect_files';
 import { openScan } from './scan/open';
 import { listenToKeys } from './keys';
@@ -47,10 +47,12 @@ function makeIsovalue(): void {
     copy.textContent = 'Copied';
     setTimeout(() => { copy.textContent = 'Copy'; }, 1500);
   }, fail));
-  byId('isovalue').append(row, histogram.element, elementOf('div', { class: 'command', title: 'This command line writes the same bytes' }, line, copy));
+  const command = elementOf('div', { class: 'command', title: 'This command line writes the same bytes' }, line, copy);
+  byId('isovalue').append(row, histogram.element, command);
   store.on(['scan', 'isovalue', 'closed', 'topology', 'largest', 'smooth', 'keep', 'crop', 'relax', 'hidden', 'table', 'labelSurfaces', 'asLabels'], () => {
     const s = store.state;
     row.hidden = histogram.element.hidden = s.asLabels;
+    command.hidden = hidesAll(s);
     if (s.scan) line.textContent = commandOf(s, `${surfaceName(s)}.${s.asLabels ? '3mf' : 'stl'}`);
   });
 }

@@ -15,6 +15,9 @@ export type Extension = (typeof FORMATS)[number]['extension'];
 /** The surfaces of the labels that are not hidden. */
 const shownLabels = (s: Readonly<State>) => s.labelSurfaces.filter((l) => !s.hidden.has(l.label));
 
+/** Whether all labels are hidden, so that no command line makes what is shown. */
+export const hidesAll = (s: Readonly<State>): boolean => s.asLabels && s.hidden.size > 0 && shownLabels(s).length === 0;
+
 /** Whether a format can hold what is shown. */
 export function canHold(s: Readonly<State>, extension: Extension): boolean {
   return !s.asLabels || shownLabels(s).length === 1 || FORMATS.some((f) => f.extension === extension && f.several);
@@ -47,12 +50,14 @@ export function recipeOf(s: Readonly<State>, output: string, space: Space): Reci
 export const commandOf = (s: Readonly<State>, output: string, space: Space = 'LPS'): string => commandLine(recipeOf(s, output, space));
 
 /**
- * The meshes to write, with the names and colours that the command line gives them. Undefined while the surface on the
- * screen does not match the controls yet.
+ * The meshes to write, with the names and colours that the command line gives them. Undefined while what is on the screen
+ * does not match the controls, and if no label is shown.
  */
 export function meshesOf(s: Readonly<State>): Mesh[] | undefined {
-  if (s.asLabels) return s.labelSurfaces.length > 0 ? shownLabels(s) : undefined;
-  if (!s.surface?.exact) return undefined;
+  if (!s.exact) return undefined;
+  const labels = shownLabels(s);
+  if (s.asLabels) return labels.length > 0 ? labels : undefined;
+  if (!s.surface) return undefined;
   const { points, normals, triangles } = s.surface.mesh, preset = currentPreset(s);
   return [{ points, normals, triangles, name: preset?.name ?? String(s.isovalue), ...(preset && { colour: preset.colour }) }];
 }

@@ -17,7 +17,6 @@ export interface Surface {
   mesh: Mesh;
   isovalue: number;
   level: number; // 0: full resolution; n: from every 2^n-th sample
-  exact: boolean; // matches the controls in full resolution: this one is exported
   refined: boolean; // more was done to it than extraction
 }
 
@@ -50,6 +49,8 @@ export interface State {
   distances: readonly Distance[];
   layout: 'all' | ViewName;
 
+  /** Whether the surface or the surfaces of labels match the controls in full resolution: only these are exported. */
+  exact: boolean;
   surface?: Surface;
   labelSurfaces: readonly LabelSurface[];
   measures?: Measures;
@@ -61,7 +62,7 @@ export interface State {
 export const initialState: State = {
   asLabels: false, isovalue: 0, colour: '#f2e8d4', opacity: 1, closed: true, topology: false, largest: false, smooth: 0, keep: 100, relax: 40,
   hidden: new Set(), window: { lower: 0, upper: 1 }, crosshair: [0, 0, 0], tool: 'navigate', distances: [], layout: 'all',
-  labelSurfaces: [], light: { state: 'busy', text: '' }, note: '',
+  exact: false, labelSurfaces: [], light: { state: 'busy', text: '' }, note: '',
 };
 
 type Listener = () => void;

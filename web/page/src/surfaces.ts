@@ -43,7 +43,7 @@ export class Surfaces {
     this.full.abort();
     this.steps.abort();
     this.wanted = requestOf(s);
-    this.store.set({ light: { state: 'busy', text: '' } });
+    this.store.set({ exact: false, light: { state: 'busy', text: '' } });
     if (!this.running) void this.run();
   }
 
@@ -63,10 +63,16 @@ export class Surfaces {
       try {
         await this.answer(request);
       } catch (error) {
-        if (!isCancelled(error)) this.fail(error);
+        if (!isCancelled(error)) this.report(error);
       }
     }
     this.running = false;
+  }
+
+  // What is on the screen stays there, and does not match the controls.
+  private report(error: unknown): void {
+    if (!this.wanted) this.store.set({ light: { state: 'bad', text: 'failed' } });
+    this.fail(error);
   }
 
   private async answer(request: Request): Promise<void> {
@@ -76,7 +82,7 @@ export class Surfaces {
       const level = this.previewLevel;
       const coarse = await extractor.extract(request.isovalue, { level });
       const mesh = request.largest ? (await keepComponents(coarse, { largest: true })).mesh : coarse;
-      this.show({ mesh, isovalue: request.isovalue, level, exact: false, refined: request.largest });
+      this.show({ mesh, isovalue: request.isovalue, level, refined: request.largest });
       if (this.wanted || (this.slow() && this.moving())) return;
     }
     const started = performance.now();
@@ -100,20 +106,20 @@ export class Surfaces {
       if (result.note) notes.push(result.note);
     };
     if (request.largest) await step('components', keepComponents(mesh, { largest: true }));
-    if (long) this.show({ mesh, isovalue, level: 0, exact: false, refined: true });
+    if (long) this.show({ mesh, isovalue, level: 0, refined: true });
     if (request.smooth > 0) await step('smoothing', smooth(mesh, { iterations: request.smooth, signal }));
     if (request.keep < 100)
       await step('reducing', simplify(mesh, { keep: request.keep / 100, scan: this.extractor!.scan, signal }));
     if (this.wanted && long) return;
     const refined = request.largest || long;
-    this.show({ mesh, isovalue, level: 0, exact: !this.wanted, refined });
+    this.show({ mesh, isovalue, level: 0, refined }, !this.wanted);
     this.store.set({ note: notes.join('; ') });
     if (!this.wanted) await this.measure(mesh, long, signal);
   }
 
   private async measure(mesh: Mesh, mayIntersect: boolean, signal: AbortSignal): Promise<void> {
     const measures = await measure(mesh);
-    const current = () => this.store.state.surface?.mesh === mesh && this.store.state.surface.exact && !this.wanted;
+    const current = () => this.store.state.surface?.mesh === mesh && this.store.state.exact && !this.wanted;
     if (!current()) return;
     const open = measures.boundaryEdges > 0, manifold = measures.nonmanifoldEdges === 0;
     const none = measures.triangles === 0;
@@ -130,10 +136,10 @@ export class Surfaces {
       { state: 'bad', text: result.selfIntersections > 0 ? 'intersects itself' : 'not sound' } });
   }
 
-  private show(surface: Surface): void {
+  private show(surface: Surface, exact = false): void {
     if (this.store.state.asLabels || this.extractor?.scan !== this.store.state.scan) return;
     const old = this.store.state.surface?.mesh;
-    this.store.set({ surface });
+    this.store.set({ surface, exact });
     if (old && old !== surface.mesh && old.points.length > 0) this.extractor?.recycle(old);
   }
 
@@ -157,14 +163,15 @@ export class Surfaces {
     this.labelWork.abort();
     if (!s.scan || !s.asLabels) return;
     const { signal } = (this.labelWork = new AbortController());
-    this.store.set({ light: { state: 'busy', text: 'extracting' }, measures: undefined, surface: undefined });
+    this.store.set({ exact: false, light: { state: 'busy', text: 'extracting' }, measures: undefined, surface: undefined });
     try {
       const found = await labels(s.scan, { relax: s.relax, ...(s.crop && { crop: s.crop }), signal,
         onProgress: (f) => { if (!signal.aborted) this.store.set({ light: { state: 'busy', text: `extracting ${Math.round(f * 100)} %` } }); } });
       if (signal.aborted || this.store.state.scan !== s.scan) return;
-      this.store.set({ labelSurfaces: named(found, this.store.state.table), light: { state: 'good', text: 'closed' } });
+      const labelSurfaces = named(found, this.store.state.table);
+      this.store.set({ labelSurfaces, exact: true, light: { state: 'good', text: 'closed' } });
     } catch (error) {
-      if (!isCancelled(error)) this.fail(error);
+      if (!isCancelled(error)) this.report(error);
     }
   }
 }

@@ -145,6 +145,25 @@ describe('the isovalue', () => {
     assert.equal(await text(page, '#light'), 'no surface');
   });
 
+  test('whose extraction fails has no surface to export', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await page.evaluate(() => {
+      const { postMessage } = Worker.prototype;
+      Worker.prototype.postMessage = function (message, ...more) {
+        if (message.name === 'extract' && message.parameters.isovalue === 300.5) message.parameters.extractor = 1e6;
+        postMessage.call(this, message, ...more);
+      };
+    });
+    await openFolder(page, head);
+    await setIsovalue(page, 300.5);
+    assert.equal(await text(page, '#light'), 'failed');
+    assert.match((await measuresOf(page)).Volume, /^≈/);
+    await page.click('#export');
+    assert.match(await page.locator('.banner.note').textContent(), /no surface of these settings/);
+    await setIsovalue(page, 400.5);
+    await assertSameBytes(page, shared, 'stl');
+  });
+
   test('can change a hundred times without memory growing', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await openFolder(page, head);
@@ -301,6 +320,25 @@ describe('other input', () => {
     assert.match(await assertSameBytes(page, folder, '3mf'), /--labels/);
     await page.getByLabel('Show label-2').click();
     assert.match(await assertSameBytes(page, folder, 'stl'), /--only 1/);
+    await page.getByText('Hide all').click();
+    assert.ok(!(await page.isVisible('#isovalue .command')));
+    await page.click('#export');
+    assert.match(await text(page, '.banner'), /show a label/);
+  });
+
+  test('a label map is not exported before its surfaces follow the controls', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    const folder = await openBytes(t, page, 'halves.nrrd', labelNrrd());
+    await settled(page);
+    await page.evaluate(() => {
+      const smoothing = document.querySelector('#field-relax');
+      smoothing.value = '0';
+      smoothing.dispatchEvent(new Event('change'));
+      document.querySelector('#export').click();
+    });
+    assert.match(await text(page, '.banner'), /still being made/);
+    await settled(page);
+    assert.match(await assertSameBytes(page, folder, '3mf'), /--relax 0/);
   });
 });
 

@@ -124,7 +124,7 @@ function measureSection(store: Store): HTMLElement {
   const made = section('Measures', light);
   made.append(list);
   follow(store, ['light'], ({ light: l }) => { light.dataset['state'] = l.state; light.textContent = l.text || (l.state === 'busy' ? 'measuring' : ''); });
-  follow(store, ['measures', 'surface', 'extractMs', 'labelSurfaces', 'asLabels'], (s) => {
+  follow(store, ['measures', 'surface', 'exact', 'extractMs', 'labelSurfaces', 'asLabels'], (s) => {
     const rows: [string, string][] = s.asLabels ? labelMeasures(s) : surfaceMeasures(s);
     list.replaceChildren(...rows.flatMap(([name, text]) => [elementOf('dt', {}, name), elementOf('dd', {}, text)]));
   });
@@ -135,7 +135,7 @@ function surfaceMeasures(s: Readonly<State>): [string, string][] {
   const { measures: m, surface } = s;
   if (!m) return [['Volume', '–'], ['Area', '–'], ['Components', '–'], ['Triangles', '–']];
   // Until the surface is measured again, its triangles are known and the other numbers are those of the last one.
-  const about = surface?.exact ? '' : '≈ ';
+  const about = s.exact ? '' : '≈ ';
   const size = m.lower.map((low, a) => (m.upper[a]! - low).toFixed(0)).join(' × ');
   const triangles = surface ? surface.mesh.triangles.length / 3 : m.triangles;
   return [

@@ -12,7 +12,11 @@ let lastFormat: Extension = 'stl';
 
 export async function exportSurface(store: Store): Promise<void> {
   const state = store.state;
-  if (!meshesOf(state)) return showBanner('note', 'The surface is still being made; export when its numbers are shown.');
+  if (!meshesOf(state)) {
+    const made = state.light.state !== 'busy';
+    return showBanner('note', made ? 'There is no surface of these settings; change them, or show a label, then export.' :
+      'The surface is still being made; export when its numbers are shown.');
+  }
   const dialog = makeDialog('Export the surface');
   if (!canHold(state, lastFormat)) lastFormat = '3mf';
   const formats = elementOf('div', { class: 'formats', role: 'radiogroup', 'aria-label': 'Format' }, ...FORMATS.map((f) => {
@@ -42,8 +46,10 @@ export async function exportSurface(store: Store): Promise<void> {
 }
 
 async function write(store: Store, file: string, space: Space, state: Store['state']): Promise<void> {
-  // A movement of the isovalue takes back the arrays, so take those of the moment.
-  const meshes = meshesOf(state.surface?.mesh === store.state.surface?.mesh ? state : store.state);
+  // A newer surface takes back the arrays of the one before, so take those of the moment, if the dialog described them.
+  const now = store.state;
+  const described = now.scan === state.scan && commandOf(now, file, space) === commandOf(state, file, space);
+  const meshes = described ? meshesOf(now) : undefined;
   if (!meshes) return showBanner('error', 'The surface changed meanwhile: export again.');
   const cancel = new AbortController();
   const progress = new ProgressBanner(`Writing ${file}…`, () => cancel.abort());

@@ -54,7 +54,7 @@ export class SliceView {
     store.on(['scan'], () => this.start());
     store.on(['crosshair'], () => void this.load());
     store.on(['window', 'asLabels', 'table'], () => { this.imageIsStale = true; this.draw(); });
-    store.on(['isovalue', 'surface', 'labelSurfaces', 'hidden', 'crop', 'closed', 'topology', 'asLabels'], () => { this.outlinesAreStale = true; this.draw(); });
+    store.on(['isovalue', 'surface', 'exact', 'labelSurfaces', 'hidden', 'crop', 'closed', 'topology', 'asLabels'], () => { this.outlinesAreStale = true; this.draw(); });
     store.on(['distances', 'picked', 'tool'], () => this.draw());
     zoom.listeners.push(() => { if (zoom.factor === 1) this.pan = [0, 0]; this.draw(); });
     new ResizeObserver(() => this.draw()).observe(element);
@@ -212,14 +212,14 @@ export class SliceView {
 
   // Where the surfaces meet the slice. The sample contours have full resolution even while the surface is a preview.
   private trace(): void {
-    const { surface, asLabels, labelSurfaces, hidden, isovalue, geometry, crop, closed, topology } = this.store.state;
+    const { surface, exact, asLabels, labelSurfaces, hidden, isovalue, geometry, crop, closed, topology } = this.store.state;
     const s = this.slice!, through = s.index;
     this.outlinesAreStale = false;
     if (asLabels) {
       this.outlines = labelSurfaces.filter((l) => !hidden.has(l.label)).map((l) => ({
         lines: meshContour(l.points, l.triangles, geometry!, this.geometry!, through), inData: false,
         colour: `rgb(${l.colour.map((c) => Math.round(90 + c * 165)).join(',')})` }));
-    } else if (surface?.refined && surface.exact) {
+    } else if (surface?.refined && exact) {
       this.outlines = [{ lines: meshContour(surface.mesh.points, surface.mesh.triangles, geometry!, this.geometry!, through), colour: CONTOUR, inData: false }];
     } else {
       const lines = crop || closed ? croppedContour(s, isovalue, { closed, topology }, crop && this.range(crop)) : contour(s, isovalue, { topology });
