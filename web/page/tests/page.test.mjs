@@ -376,6 +376,22 @@ describe('the views', () => {
     }
   });
 
+  test('show the slices of a second scan, even if one of the first was not answered', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    await page.evaluate(() => {
+      const { postMessage } = Worker.prototype;
+      Worker.prototype.postMessage = function (message, ...more) {
+        if (message.name !== 'slice') postMessage.call(this, message, ...more);
+        else Worker.prototype.postMessage = postMessage;
+      };
+    });
+    await page.focus('[data-view="axial"]');
+    await page.keyboard.press('ArrowUp');
+    await openBytes(t, page, 'ball.nii', niftiBall());
+    await page.waitForFunction(() => document.querySelector('[data-view="axial"] .br').textContent === '24 / 48');
+  });
+
   test('a picture is saved as PNG', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await openFolder(page, head);

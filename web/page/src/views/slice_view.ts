@@ -85,8 +85,10 @@ export class SliceView {
         if (!scan || axis === undefined) break;
         const index = Math.round(crosshair[axis]!);
         if (this.slice?.axis === axis && this.slice.index === index && this.loadedFrom === scan) break;
-        const slice = await scan.slice(axis, index);
-        if (this.store.state.scan !== scan) continue;
+        const replaced = () => this.store.state.scan !== scan;
+        // A scan that was replaced rejects what it has not answered.
+        const slice = await scan.slice(axis, index).catch((error) => { if (!replaced()) throw error; });
+        if (!slice || replaced()) continue;
         this.slice = slice;
         this.loadedFrom = scan;
         this.imageIsStale = this.outlinesAreStale = true;
