@@ -257,6 +257,21 @@ describe('other input', () => {
     assert.match(await assertSameBytes(page, folder, 'stl'), /--series/);
   });
 
+  test('the headers are looked at once, however often the surface changes', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await page.evaluate(() => {
+      const { postMessage } = Worker.prototype;
+      window.inspections = 0;
+      Worker.prototype.postMessage = function (message, ...more) {
+        window.inspections += message.name === 'inspect';
+        postMessage.call(this, message, ...more);
+      };
+    });
+    await openFolder(page, head);
+    for (const value of [300.5, 400.5, 500.5]) await setIsovalue(page, value);
+    assert.equal(await page.evaluate(() => window.inspections), 1);
+  });
+
   test('a scan of several volumes asks for one of them', async (t) => {
     const page = await openPage(t, browser, await served(t));
     const folder = await openBytes(t, page, 'two.nii', niftiVolumes());

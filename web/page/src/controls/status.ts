@@ -18,5 +18,8 @@ export function makeStatus(store: Store): void {
     }
   });
   // What else the files hold can wait until the first surface is measured.
-  store.on(['measures', 'labelSurfaces'], () => void inspectInput(store));
+  store.on(['measures', 'labelSurfaces'], () => {
+    const { measures, labelSurfaces } = store.state;
+    if (measures || labelSurfaces.length > 0) void inspectInput(store);
+  });
 }

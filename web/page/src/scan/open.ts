@@ -75,13 +75,16 @@ async function read(store: Store, files: ScanFile[], choice: Choice, signal: Abo
   if (warnings.length > 0) showBanner('note', warnings.join('\n'));
 }
 
+const inspected = new WeakSet<ScanFile[]>(); // the inputs whose inspection began
+
 /** Looks whether the files hold other series, or other volumes of the series. */
 export async function inspectInput(store: Store): Promise<void> {
   const { input } = store.state;
-  if (!input || input.report) return;
+  if (!input || input.report || inspected.has(input.files)) return;
+  inspected.add(input.files);
   // Headers that could be read to open the scan can be read again.
   const report = await inspectScan(input.files).catch(() => undefined);
-  if (report && store.state.input === input) store.set({ input: { ...input, report } });
+  if (report && store.state.input?.files === input.files) store.set({ input: { ...input, report } });
 }
 
 /** The state of a scan that was just opened: bone, or the isovalue of Otsu's method, or all labels. */
