@@ -333,7 +333,10 @@ describe('other input', () => {
     await settled(page);
     assert.deepEqual(await page.locator('.label-list .name').allTextContents(), ['label-1', 'label-2']);
     assert.match(await assertSameBytes(page, folder, '3mf'), /--labels/);
-    await page.getByLabel('Show label-2').click();
+    await page.focus('[aria-label="Show label-2"]');
+    await page.keyboard.press('Space');
+    assert.equal(await page.getAttribute(':focus', 'aria-label'), 'Show label-2');
+    assert.equal(await page.getAttribute(':focus', 'aria-pressed'), 'false');
     assert.match(await assertSameBytes(page, folder, 'stl'), /--only 1/);
     await page.getByText('Hide all').click();
     assert.ok(!(await page.isVisible('#isovalue .command')));
@@ -370,6 +373,14 @@ describe('the views', () => {
     await page.mouse.click(box.x + box.width / 2 + 60, box.y + box.height / 2 + 40);
     const shown = parseFloat(await text(page, '[aria-label="Distances"] .value'));
     assert.ok(Math.abs(shown - Math.hypot(160, 40) * scale) < 0.2, `${shown} mm, not ${Math.hypot(160, 40) * scale}`);
+    // The keyboard's focus stays in the list, and goes back to the tool at its end.
+    await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+    await page.mouse.click(box.x + box.width / 2 + 60, box.y + box.height / 2);
+    await page.focus('[aria-label="Remove distance 2"]');
+    await page.keyboard.press('Enter');
+    assert.equal(await page.getAttribute(':focus', 'aria-label'), 'Remove distance 1');
+    await page.keyboard.press('Enter');
+    assert.equal(await page.getAttribute(':focus', 'data-tool'), 'distance');
   });
 
   test('keys move slices and the camera, and choose tools', async (t) => {

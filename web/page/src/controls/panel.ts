@@ -1,4 +1,5 @@
 // The panel beside the views: the surface, its measures, the crop box and the distances, or the labels.
+import type { Label } from 'marrow-wasm';
 import { messageOf, showBanner } from '../banners';
 import { distanceText } from '../distances';
 import { byId, elementOf, grouped, icon } from '../dom';
@@ -98,24 +99,37 @@ function labelSection(store: Store): HTMLElement {
   const list = elementOf('ul', { class: 'plain label-list', tabindex: 0, 'aria-label': 'Labels' });
   const made = section('Labels', all, none);
   made.append(file, list, elementOf('div', { class: 'row' }, names), numberField(store, { label: 'Smoothing', unit: '', title: 'Passes in which neighbouring labels are smoothed together; 40 is usual: --relax', min: 0, max: 500, step: 10, key: 'relax' }));
-  follow(store, ['scan', 'table', 'hidden', 'labelSurfaces', 'asLabels'], (s) => {
+  let rows: LabelRow[] = [];
+  follow(store, ['scan', 'table', 'asLabels'], (s) => {
     made.hidden = !s.asLabels;
-    if (!s.asLabels || !s.scan) return;
-    list.replaceChildren(...labelsOf(s).map((label) => {
-      const visible = !s.hidden.has(label.label), surface = s.labelSurfaces.find((l) => l.label === label.label);
-      const eye = elementOf('button', { class: 'icon', type: 'button', 'aria-pressed': String(visible), 'aria-label': `Show ${label.name}` }, icon(visible ? 'eye' : 'eye-off'));
-      eye.addEventListener('click', () => {
-        const hidden = new Set(store.state.hidden);
-        if (!hidden.delete(label.label)) hidden.add(label.label);
-        store.set({ hidden });
-      });
-      const dot = elementOf('span', { class: 'dot' });
-      dot.style.background = toHex(label.colour);
-      return elementOf('li', {}, eye, dot, elementOf('span', { class: 'name', title: label.name }, label.name),
-        elementOf('span', { class: 'value' }, surface ? `${(surface.volume / 1000).toFixed(1)} mL` : ''));
-    }));
+    rows = s.asLabels ? labelsOf(s).map((label) => labelRow(store, label)) : [];
+    list.replaceChildren(...rows.map((row) => row.element));
   });
+  // The rows stay, so that the keyboard's focus does.
+  follow(store, ['scan', 'table', 'asLabels', 'hidden', 'labelSurfaces'], (s) => rows.forEach((row) => row.update(s)));
   return made;
+}
+
+interface LabelRow { element: HTMLElement; update(s: Readonly<State>): void }
+
+function labelRow(store: Store, { label, name, colour }: Label): LabelRow {
+  const eye = elementOf('button', { class: 'icon', type: 'button', 'aria-label': `Show ${name}` });
+  eye.addEventListener('click', () => {
+    const hidden = new Set(store.state.hidden);
+    if (!hidden.delete(label)) hidden.add(label);
+    store.set({ hidden });
+  });
+  const dot = elementOf('span', { class: 'dot' }), value = elementOf('span', { class: 'value' });
+  dot.style.background = toHex(colour);
+  return {
+    element: elementOf('li', {}, eye, dot, elementOf('span', { class: 'name', title: name }, name), value),
+    update: ({ hidden, labelSurfaces }) => {
+      const visible = !hidden.has(label), surface = labelSurfaces.find((l) => l.label === label);
+      eye.setAttribute('aria-pressed', String(visible));
+      eye.replaceChildren(icon(visible ? 'eye' : 'eye-off'));
+      value.textContent = surface ? `${(surface.volume / 1000).toFixed(1)} mL` : '';
+    },
+  };
 }
 
 function measureSection(store: Store): HTMLElement {
@@ -228,13 +242,20 @@ function distanceSection(store: Store): HTMLElement {
   made.append(list);
   follow(store, ['distances', 'tool'], ({ distances, tool }) => {
     made.hidden = distances.length === 0 && tool !== 'distance';
+  });
+  follow(store, ['distances'], ({ distances }) => {
     if (distances.length === 0) {
       list.replaceChildren(elementOf('li', { class: 'faint' }, 'Click two points on the surface or a slice.'));
       return;
     }
     list.replaceChildren(...distances.map((distance, i) => {
       const remove = elementOf('button', { class: 'icon', type: 'button', 'aria-label': `Remove distance ${i + 1}` }, icon('close'));
-      remove.addEventListener('click', () => store.set({ distances: store.state.distances.filter((d) => d !== distance) }));
+      remove.addEventListener('click', () => {
+        store.set({ distances: store.state.distances.filter((d) => d !== distance) });
+        // The keyboard goes on with the next distance, or the last, or the tool.
+        const others = list.querySelectorAll('button'), tool = byId('tools').querySelector<HTMLElement>('[data-tool="distance"]');
+        (others[Math.min(i, others.length - 1)] ?? tool)?.focus();
+      });
       return elementOf('li', {}, elementOf('span', { class: 'name' }, `Distance ${i + 1}`), elementOf('span', { class: 'value' }, distanceText(distance)), remove);
     }));
   });
