@@ -1,7 +1,7 @@
 // Messages above the views: errors, warnings, and the progress of long work.
 import { byId, elementOf, icon } from './dom';
 
-export type BannerKind = 'error' | 'note';
+export type BannerKind = 'error' | 'warning' | 'note';
 
 function close(label: string, onClick: () => void): HTMLElement {
   const button = elementOf('button', { type: 'button', 'aria-label': label }, icon('close'));

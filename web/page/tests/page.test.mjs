@@ -225,6 +225,19 @@ describe('other input', () => {
     await assertSameBytes(page, shared, 'stl');
   });
 
+  test('a warning about the scan stays until it is closed', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await page.clock.install();
+    const unoriented = niftiBall();
+    unoriented.writeInt16LE(0, 254); // sform
+    await openBytes(t, page, 'ball.nii', unoriented);
+    await page.waitForSelector('.banner.warning');
+    await page.clock.fastForward(60_000);
+    assert.match(await text(page, '.banner.warning'), /position and orientation are unknown/);
+    await page.click('.banner.warning button');
+    assert.equal(await page.locator('.banner').count(), 0);
+  });
+
   test('a folder that holds no scan', async (t) => {
     const page = await openPage(t, browser, await served(t));
     const folder = temporaryFolder(t);

@@ -72,7 +72,7 @@ async function read(store: Store, files: ScanFile[], choice: Choice, signal: Abo
   document.body.classList.add('open');
   const warnings = [...scan.warnings];
   if (scan.unit === 'HU' && scan.unitAssumed) warnings.push('The file does not say that its values are Hounsfield units; the presets assume it.');
-  if (warnings.length > 0) showBanner('note', warnings.join('\n'));
+  if (warnings.length > 0) showBanner('warning', warnings.join('\n'));
 }
 
 const inspected = new WeakSet<ScanFile[]>(); // the inputs whose inspection began
