@@ -21,9 +21,9 @@ export function clearBanners(): void {
   byId('banners').replaceChildren();
 }
 
-/** The progress of work, which may be cancelled. */
+/** The progress of work, which may be cancelled. It is unknown until it is set. */
 export class ProgressBanner {
-  private readonly bar = elementOf('progress', { max: 1, value: 0 });
+  private readonly bar = elementOf('progress', { max: 1 });
   private readonly element: HTMLElement;
 
   constructor(text: string, cancel?: () => void) {

@@ -1,7 +1,7 @@
 // Puts the page together.
 import './style.css';
 import { prepare, threads } from 'marrow-wasm';
-import { ProgressBanner, messageOf, showBanner } from './banners';
+import { messageOf, showBanner } from './banners';
 import { Histogram, makeIsovalueRow } from './controls/histogram';
 import { makePanel } from './controls/panel';
 import { makeStatus } from './controls/status';
@@ -12,7 +12,7 @@ import icons from './icons.svg?raw';
 import { startOffline } from './offline';
 import { commandOf, hidesAll, surfaceName } from './recipe';
 import { filesOfDrop, filesOfInput } from './scan/collect_files';
-import { openScan } from './scan/open';
+import { openDemo, openScan } from './scan/open';
 import { listenToKeys } from './keys';
 import { Store } from './state';
 import { Surfaces } from './surfaces';
@@ -70,21 +70,11 @@ for (const input of [folderInput, fileInput]) {
     void openScan(store, files);
   });
 }
-byId('welcome-demo').addEventListener('click', () => void openDemo().catch(fail));
-
-async function openDemo(): Promise<void> {
-  const button = byId<HTMLButtonElement>('welcome-demo');
+byId('welcome-demo').addEventListener('click', ({ currentTarget }) => {
+  const button = currentTarget as HTMLButtonElement;
   button.disabled = true;
-  const progress = new ProgressBanner('Computing the demo scan…');
-  try {
-    const { demoScan } = await import('./demo/demo');
-    const files = await demoScan((f) => progress.set(f));
-    await openScan(store, files);
-  } finally {
-    progress.remove();
-    button.disabled = false;
-  }
-}
+  void openDemo(store).finally(() => { button.disabled = false; });
+});
 
 const veil = byId('drop-veil');
 addEventListener('dragenter', (e) => { if (e.dataTransfer?.types.includes('Files')) veil.hidden = false; });
@@ -93,7 +83,7 @@ addEventListener('dragleave', (e) => { if (e.relatedTarget === null) veil.hidden
 addEventListener('drop', (e) => {
   e.preventDefault();
   veil.hidden = true;
-  if (e.dataTransfer) void filesOfDrop(e.dataTransfer).then((files) => openScan(store, files), fail);
+  if (e.dataTransfer) void openScan(store, filesOfDrop(e.dataTransfer));
 });
 
 // ------------------------------------------------------------------------------------------------ buttons and keys

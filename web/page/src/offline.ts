@@ -1,4 +1,5 @@
 // Keeps the page for the next visit without a network, and makes it isolated, which threads need.
+import { isOpening } from './scan/open';
 
 /** Starts the service worker. A page from disk has none. */
 export async function startOffline(): Promise<void> {
@@ -6,11 +7,12 @@ export async function startOffline(): Promise<void> {
   const registration = await navigator.serviceWorker.register(new URL('sw.js', document.baseURI), { updateViaCache: 'none' }).catch(() => undefined);
   if (!registration || crossOriginIsolated) return;
   // A server that does not send the two headers leaves the page with one thread. The worker adds them, so load the page
-  // once more as soon as the worker has taken over, unless a scan is already open.
+  // once more as soon as the worker has taken over, unless a scan is open or on its way.
   await navigator.serviceWorker.ready;
   if (navigator.serviceWorker.controller === null) await new Promise((resolve) => navigator.serviceWorker.addEventListener('controllerchange', resolve, { once: true }));
   const again = 'marrow-isolated';
-  if (sessionStorage.getItem(again) || document.body.classList.contains('open') || document.querySelector('.banner')) return;
+  const isUsed = isOpening() || document.body.classList.contains('open') || document.querySelector('.banner');
+  if (isUsed || sessionStorage.getItem(again)) return;
   sessionStorage.setItem(again, 'tried');
   location.reload();
 }

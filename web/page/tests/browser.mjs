@@ -29,9 +29,9 @@ export async function served(t, options) {
 
 /**
  * Opens the page. When the test ends, it fails if the page reported an error other than `expected`, or asked for anything
- * but its own files.
+ * but its own files. With `startWorker` false, the page's service worker waits until the page calls startWorker().
  */
-export async function openPage(t, browser, url, { expected, ...options } = {}) {
+export async function openPage(t, browser, url, { expected, startWorker = true, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1200, height: 800 }, serviceWorkers: 'block', acceptDownloads: true, ...options });
   const faults = [], foreign = [];
   context.on('request', (request) => {
@@ -39,6 +39,15 @@ export async function openPage(t, browser, url, { expected, ...options } = {}) {
     if (origin !== new URL(url).origin && protocol !== 'blob:' && protocol !== 'data:') foreign.push(request.url());
   });
   const page = await context.newPage();
+  if (!startWorker) {
+    await page.addInitScript(() => {
+      const { register } = ServiceWorkerContainer.prototype, started = new Promise((resolve) => { window.startWorker = resolve; });
+      ServiceWorkerContainer.prototype.register = async function (...more) {
+        await started;
+        return register.apply(this, more);
+      };
+    });
+  }
   page.on('pageerror', (error) => faults.push(error.stack ?? error.message));
   page.on('console', (message) => { if (message.type() === 'error') faults.push(message.text()); });
   t.after(async () => {

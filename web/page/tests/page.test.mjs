@@ -479,6 +479,18 @@ describe('the page', () => {
     await page.waitForFunction(() => crossOriginIsolated, null, { timeout: 30_000 });
   });
 
+  test('does not load itself again while somebody chooses a series', async (t) => {
+    const page = await openPage(t, browser, await served(t, { isolated: false }), { serviceWorkers: 'allow', startWorker: false });
+    const folder = await openBytes(t, page, 'two.nii', niftiVolumes());
+    await page.waitForSelector('dialog .series');
+    await page.evaluate(() => window.startWorker());
+    await page.waitForFunction(() => navigator.serviceWorker.controller);
+    await page.waitForTimeout(500);
+    await page.click('dialog button[value="open"]');
+    await settled(page);
+    await assertSameBytes(page, folder, 'stl');
+  });
+
   test('may not connect to any other site', async (t) => {
     const page = await openPage(t, browser, await served(t), { expected: /example\.org|Content Security Policy/ });
     const blocked = await page.evaluate(() => fetch('https://example.org/').then(() => false, () => true));
@@ -492,6 +504,16 @@ describe('the page', () => {
     await page.click('#welcome-demo');
     await settled(page);
     assert.equal(await text(page, '#light'), 'watertight');
+  });
+
+  test('does not compute the demo scan once another scan is opened', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await page.click('#welcome-demo');
+    await page.waitForSelector('progress[aria-label^="Computing"]');
+    await openBytes(t, page, 'ball.nii', niftiBall());
+    await page.waitForSelector('#welcome-demo:not([disabled])', { state: 'attached' });
+    await settled(page);
+    assert.match(await page.title(), /^ball\.nii/);
   });
 
   for (const colorScheme of ['dark', 'light']) {

@@ -10,9 +10,12 @@ export function makeDialog(title: string): Dialog {
   return { element: elementOf('dialog', { 'aria-labelledby': 'dialog-title' }, form), form, body, foot };
 }
 
+/** Ends the dialog that is shown, if any, as Escape does. */
+export const closeDialog = (): void => document.querySelectorAll('dialog').forEach((dialog) => dialog.close());
+
 /** Shows a dialog until a button or Escape ends it. The answer is the value of the button, or empty. */
 export async function show({ element }: Dialog): Promise<string> {
-  document.querySelectorAll('dialog').forEach((other) => other.close()); // never two
+  closeDialog(); // never two
   document.body.append(element);
   element.addEventListener('click', (e) => { if (e.target === element) element.close(''); }); // beside it
   element.showModal();

@@ -8,12 +8,11 @@ import type { Choice } from '../scan/open';
 import { cancelButton, makeDialog, show } from './dialog';
 
 /** The user's choice, or undefined. `reason` says why there is a choice. Series that cannot be read are listed with the reason. */
-export async function chooseSeries(files: ScanFile[], report: ScanReport, reason: string): Promise<Choice | undefined> {
+export async function chooseSeries(report: ScanReport, mends: readonly Mend[], reason: string): Promise<Choice | undefined> {
   const several = report.series.length > 1;
   const dialog = makeDialog(several ? 'Choose a series' : 'About this scan');
   dialog.body.append(elementOf('p', { class: 'faint' }, withoutOptions(reason)));
 
-  const mends = await mendsOf(files, report);
   const rows = report.series.map((series, i) => row(series, mends.find((mend) => mend.series[i] && !mend.series[i].refusal)?.choice));
   const first = rows.find((r) => r.input && r.series.index - 1 === report.chosen) ?? rows.find((r) => r.input);
   if (first?.input) first.input.checked = true;
@@ -28,15 +27,15 @@ export async function chooseSeries(files: ScanFile[], report: ScanReport, reason
 }
 
 /** What is known of the series if the user chooses something for them. */
-interface Mend { choice: Choice; series: readonly SeriesReport[] }
+export interface Mend { choice: Choice; series: readonly SeriesReport[] }
 
-// Some of the series that are refused can be read with even slices interpolated, or if a volume is chosen.
-async function mendsOf(files: ScanFile[], report: ScanReport): Promise<Mend[]> {
+/** Some of the series that are refused can be read with even slices interpolated, or if a volume is chosen. */
+export async function mendsOf(files: ScanFile[], report: ScanReport, signal: AbortSignal): Promise<Mend[]> {
   const mends: Mend[] = [{ choice: {}, series: report.series }];
   if (!report.series.some((s) => s.refusal)) return mends;
   const volumes: Choice[] = report.series.some((s) => s.volumeCount > 1) ? [{ volume: 0 }] : [];
   for (const choice of [...volumes, ...[{}, ...volumes].map((c) => ({ ...c, resample: true }))]) {
-    const mended = await inspectScan(files, choice).catch(() => undefined);
+    const mended = await inspectScan(files, { ...choice, signal }).catch(() => undefined);
     if (mended) mends.push({ choice, series: mended.series });
   }
   return mends;

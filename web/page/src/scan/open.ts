@@ -1,8 +1,9 @@
 // Opens a scan: looks at the headers, asks for what they leave open, and reads the samples.
-import type { ReadOptions, Scan, ScanFile } from 'marrow-wasm';
+import type { ReadOptions, Scan, ScanFile, ScanReport } from 'marrow-wasm';
 import { MarrowError, inspectScan, presets, readScan } from 'marrow-wasm';
 import { ProgressBanner, clearBanners, messageOf, showBanner } from '../banners';
-import { chooseSeries } from '../dialogs/series';
+import { closeDialog } from '../dialogs/dialog';
+import { chooseSeries, mendsOf } from '../dialogs/series';
 import type { State, Store } from '../state';
 import { initialState, toHex } from '../state';
 import { mark } from '../timing';
@@ -10,29 +11,42 @@ import type { Geometry, Mat3, Vec3 } from './geometry';
 import { isTable, openTable } from './label_table';
 
 const COLOUR = '#8cbfe0'; // of surfaces that are not a tissue of a preset
-let opening = new AbortController(); // the newest attempt; an earlier one is cancelled
+let opening: AbortController | undefined; // of the newest attempt while it lasts
 
 export type Choice = Pick<ReadOptions, 'series' | 'volume' | 'spacing' | 'resample'>;
 
+/** Whether a scan is on its way, from the files to the samples. */
+export const isOpening = (): boolean => opening !== undefined;
+
 /** Opens what the user chose. If it cannot be read, a message says why, and the scan before stays open. */
-export async function openScan(store: Store, files: ScanFile[]): Promise<void> {
-  if (files.length === 0) return showBanner('error', 'There is no file: choose a folder or file that holds a scan.');
-  const tables = files.filter(isTable), images = files.filter((file) => !isTable(file));
-  if (images.length === 0 && store.state.asLabels) return attempt(() => openTable(store, tables[0]!));
-  mark('open');
-  await attempt(async (signal) => {
-    // One table beside a map belongs to it, while the texts beside many slices are about something else.
-    const [input, table] = images.length > 0 && images.length <= 2 && tables.length === 1 ? [images, tables[0]] : [files, undefined];
-    try {
-      await read(store, input, {}, signal);
-    } catch (error) {
-      // The scan is ambiguous, or its geometry is incomplete or uneven: ask.
-      if (!(error instanceof MarrowError && error.code === 4)) throw error;
-      const choice = await chooseSeries(input, await inspectScan(input, { signal }), error.message);
-      if (choice) await read(store, input, choice, signal);
-    }
-    if (table && store.state.input?.files === input && store.state.asLabels) await openTable(store, table);
+export function openScan(store: Store, files: ScanFile[] | Promise<ScanFile[]>): Promise<void> {
+  return attempt(async (own) => open(store, await withProgress(own, 'Looking for files…', () => files), own));
+}
+
+/** Computes the demo scan and opens it. */
+export function openDemo(store: Store): Promise<void> {
+  return attempt(async (own) => {
+    const { demoScan } = await import('../demo/demo');
+    await open(store, await withProgress(own, 'Computing the demo scan…', (set) => demoScan(set, own.signal)), own);
   });
+}
+
+async function open(store: Store, files: ScanFile[], own: AbortController): Promise<void> {
+  own.signal.throwIfAborted();
+  if (files.length === 0) throw new Error('There is no file: choose a folder or file that holds a scan.');
+  const tables = files.filter(isTable), images = files.filter((file) => !isTable(file));
+  if (images.length === 0 && store.state.asLabels) return openTable(store, tables[0]!);
+  mark('open');
+  // One table beside a map belongs to it, while the texts beside many slices are about something else.
+  const [input, table] = images.length > 0 && images.length <= 2 && tables.length === 1 ? [images, tables[0]] : [files, undefined];
+  try {
+    await read(store, input, {}, own);
+  } catch (error) {
+    // The scan is ambiguous, or its geometry is incomplete or uneven: ask.
+    if (!(error instanceof MarrowError && error.code === 4)) throw error;
+    await choose(store, input, undefined, error.message, own);
+  }
+  if (table && store.state.input?.files === input && store.state.asLabels) await openTable(store, table);
 }
 
 /** Lets the user choose another series of the files that are open. */
@@ -40,31 +54,51 @@ export async function openOtherSeries(store: Store): Promise<void> {
   const { input } = store.state;
   if (!input?.report) return;
   const { files, report } = input;
-  await attempt(async (signal) => {
-    const choice = await chooseSeries(files, report, report.reason);
-    if (choice) await read(store, files, choice, signal);
-  });
+  await attempt((own) => choose(store, files, report, report.reason, own));
 }
 
-async function attempt(work: (signal: AbortSignal) => Promise<void>): Promise<void> {
-  opening.abort();
-  const { signal } = (opening = new AbortController());
+// Only the newest attempt goes on: it takes the place of an earlier one, with its dialog and messages.
+async function attempt(work: (own: AbortController) => Promise<void>): Promise<void> {
+  opening?.abort();
+  const own = (opening = new AbortController());
+  closeDialog();
   clearBanners();
   try {
-    await work(signal);
+    await work(own);
   } catch (error) {
-    if (!(error instanceof MarrowError && error.code === 130)) showBanner('error', messageOf(error));
+    if (!own.signal.aborted) showBanner('error', messageOf(error));
   }
+  if (opening === own) opening = undefined;
 }
 
-async function read(store: Store, files: ScanFile[], choice: Choice, signal: AbortSignal): Promise<void> {
-  const progress = new ProgressBanner('Reading the scan…', () => opening.abort());
-  let scan: Scan;
+// Shows the progress of a part of an attempt, which the user may cancel.
+async function withProgress<T>(own: AbortController, text: string, work: (set: (fraction: number) => void) => T | Promise<T>): Promise<T> {
+  const progress = new ProgressBanner(text, () => {
+    own.abort();
+    progress.remove();
+  });
   try {
-    scan = await readScan(files, { ...choice, signal, onProgress: (f) => progress.set(f) });
+    return await work((fraction) => progress.set(fraction));
   } finally {
     progress.remove();
   }
+}
+
+// Asks which series to read, and reads it.
+async function choose(store: Store, files: ScanFile[], known: ScanReport | undefined, reason: string, own: AbortController): Promise<void> {
+  const { signal } = own;
+  const [report, mends] = await withProgress(own, 'Looking at the series…', async () => {
+    const found = known ?? (await inspectScan(files, { signal }));
+    return [found, await mendsOf(files, found, signal)] as const;
+  });
+  signal.throwIfAborted();
+  const choice = await chooseSeries(report, mends, reason);
+  if (choice) await read(store, files, choice, own);
+}
+
+async function read(store: Store, files: ScanFile[], choice: Choice, own: AbortController): Promise<void> {
+  const { signal } = own;
+  const scan = await withProgress(own, 'Reading the scan…', (onProgress) => readScan(files, { ...choice, signal, onProgress }));
   if (signal.aborted) return scan.dispose();
   const { scan: before, input } = store.state, report = input?.files === files ? input.report : undefined;
   store.set({ ...startOf(scan), input: { files, report } });
