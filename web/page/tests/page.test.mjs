@@ -1,7 +1,7 @@
 // The page in a real browser: what a user does with it, compared with the command line.
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
-import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
 import { createRequire } from 'node:module';
@@ -477,6 +477,29 @@ describe('the page', () => {
   test('isolates itself on a server that does not, to use threads', async (t) => {
     const page = await openPage(t, browser, await served(t, { isolated: false }), { serviceWorkers: 'allow' });
     await page.waitForFunction(() => crossOriginIsolated, null, { timeout: 30_000 });
+  });
+
+  test('keeps its files while a newer version is served, until it is closed', async (t) => {
+    const folder = join(temporaryFolder(t), 'page'), worker = join(folder, 'sw.js');
+    cpSync(built, folder, { recursive: true });
+    const server = await serve(folder);
+    t.after(() => server.close());
+    const page = await openPage(t, browser, server.url, { serviceWorkers: 'allow' });
+    await page.waitForFunction(() => navigator.serviceWorker.controller);
+
+    // The newer version has other files.
+    const script = readFileSync(worker, 'utf8').replace(/\["\.\/".*?\]/, '["./"]').replace(/marrow-\$\{.*?\}/, 'marrow-newer');
+    writeFileSync(worker, script);
+    await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
+    await page.waitForFunction(async () => !(await navigator.serviceWorker.getRegistration()).installing);
+    rmSync(join(folder, 'assets'), { recursive: true });
+    await page.click('#welcome-demo');
+    await settled(page);
+
+    const next = await page.context().newPage();
+    await page.close();
+    await next.goto(`${server.url}sw.js`);
+    await next.waitForFunction(async () => (await caches.keys()).join() === 'marrow-newer');
   });
 
   test('does not load itself again while somebody chooses a series', async (t) => {
