@@ -42,8 +42,10 @@ function startWorker() {
     post: (message, transfer) => worker.postMessage(message, transfer),
     listen: (onMessage, onFailure) => {
       worker.onmessage = (event) => onMessage(event.data);
-      // The event has no message if the script was not loaded, as after a newer version of the page took its place.
-      worker.onerror = (event) => onFailure(new Error(event.message ?? 'its script cannot be loaded; reload the page'));
+      worker.onerror = (event) => {
+        // There is no message if the script was not loaded, as after a newer page took its place.
+        onFailure(new Error(event.message ?? 'its script cannot be loaded; reload the page'));
+      };
     },
     end: () => worker.terminate(),
     keepAlive: () => {},

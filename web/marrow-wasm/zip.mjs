@@ -31,12 +31,13 @@ async function inflate(data) {
   return new Response(data.stream().pipeThrough(new DecompressionStream('deflate-raw'))).blob();
 }
 
-async function content(archive, { method, offset, packed, crc, size }) {
+async function content(archive, method, { crc, packed, size, offset }) {
   const local = await view(archive, offset, offset + 30);
   if (local.byteLength < 30 || local.getUint32(0, true) !== kLocal) throw new Error(kDamaged);
   const begin = offset + 30 + local.getUint16(26, true) + local.getUint16(28, true);
   const stored = archive.slice(begin, begin + packed);
-  const data = method === 0 ? stored : method === 8 ? await inflate(stored).catch(() => undefined) : undefined;
+  if (method !== 0 && method !== 8) throw new Error(kDamaged);
+  const data = method === 0 ? stored : await inflate(stored).catch(() => undefined);
   if (!data || !(await isIntact(data, crc, size))) throw new Error(kDamaged);
   return data;
 }
@@ -61,7 +62,8 @@ export async function unzip(archive) {
     if (encrypted) throw new Error('is an encrypted ZIP archive; unpack it first');
     if (!path.endsWith('/') && !path.startsWith('__MACOSX/')) {
       const [crc, packed, size, offset] = [16, 20, 24, 42].map((field) => list.getUint32(at + field, true));
-      files.push({ path, data: await content(archive, { method: list.getUint16(at + 10, true), offset, packed, crc, size }) });
+      const method = list.getUint16(at + 10, true);
+      files.push({ path, data: await content(archive, method, { crc, packed, size, offset }) });
     }
     at += 46 + name + extra + comment;
   }

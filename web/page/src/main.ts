@@ -47,7 +47,8 @@ function makeIsovalue(): void {
     copy.textContent = 'Copied';
     setTimeout(() => { copy.textContent = 'Copy'; }, 1500);
   }, fail));
-  const command = elementOf('div', { class: 'command', title: 'This command line writes the same bytes' }, line, copy);
+  const title = 'This command line writes the same bytes';
+  const command = elementOf('div', { class: 'command', title }, line, copy);
   byId('isovalue').append(row, histogram.element, command);
   store.on(['scan', 'isovalue', 'closed', 'topology', 'largest', 'smooth', 'keep', 'crop', 'relax', 'hidden', 'table', 'labelSurfaces', 'asLabels'], () => {
     const s = store.state;

@@ -16,7 +16,8 @@ export type Extension = (typeof FORMATS)[number]['extension'];
 const shownLabels = (s: Readonly<State>) => s.labelSurfaces.filter((l) => !s.hidden.has(l.label));
 
 /** Whether all labels are hidden, so that no command line makes what is shown. */
-export const hidesAll = (s: Readonly<State>): boolean => s.asLabels && s.hidden.size > 0 && shownLabels(s).length === 0;
+export const hidesAll = (s: Readonly<State>): boolean =>
+  s.asLabels && s.hidden.size > 0 && shownLabels(s).length === 0;
 
 /** Whether a format can hold what is shown. */
 export function canHold(s: Readonly<State>, extension: Extension): boolean {
@@ -50,8 +51,8 @@ export function recipeOf(s: Readonly<State>, output: string, space: Space): Reci
 export const commandOf = (s: Readonly<State>, output: string, space: Space = 'LPS'): string => commandLine(recipeOf(s, output, space));
 
 /**
- * The meshes to write, with the names and colours that the command line gives them. Undefined while what is on the screen
- * does not match the controls, and if no label is shown.
+ * The meshes to write, with the names and colours that the command line gives them. Undefined while what is
+ * on the screen does not match the controls, and if no label is shown.
  */
 export function meshesOf(s: Readonly<State>): Mesh[] | undefined {
   if (!s.exact) return undefined;

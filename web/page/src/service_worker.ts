@@ -9,14 +9,15 @@ declare const FILES: string[];
 declare const VERSION: string;
 const CACHE = `marrow-${VERSION}`;
 
-// A newer worker waits until all pages of this one are closed, because they load some of its files only when needed.
+// A newer worker waits until all pages of this one are closed: they load some of its files only when needed.
 worker.addEventListener('install', (event) => {
   event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(FILES)));
 });
 
 worker.addEventListener('activate', (event) => {
   const forgetOlder = caches.keys().then((names) => Promise.all(names.filter((n) => n.startsWith('marrow-') && n !== CACHE).map((n) => caches.delete(n))));
-  event.waitUntil(forgetOlder.then(() => worker.clients.claim())); // the page of the first visit has no worker yet
+  // The page of the first visit has no worker yet.
+  event.waitUntil(forgetOlder.then(() => worker.clients.claim()));
 });
 
 worker.addEventListener('fetch', (event) => {

@@ -49,7 +49,7 @@ export interface State {
   distances: readonly Distance[];
   layout: 'all' | ViewName;
 
-  /** Whether the surface or the surfaces of labels match the controls in full resolution: only these are exported. */
+  /** Whether what is shown matches the controls in full resolution: only then it is exported. */
   exact: boolean;
   surface?: Surface;
   labelSurfaces: readonly LabelSurface[];

@@ -163,7 +163,8 @@ export class Surfaces {
     this.labelWork.abort();
     if (!s.scan || !s.asLabels) return;
     const { signal } = (this.labelWork = new AbortController());
-    this.store.set({ exact: false, light: { state: 'busy', text: 'extracting' }, measures: undefined, surface: undefined });
+    const light = { state: 'busy', text: 'extracting' } as const;
+    this.store.set({ exact: false, light, measures: undefined, surface: undefined });
     try {
       const found = await labels(s.scan, { relax: s.relax, ...(s.crop && { crop: s.crop }), signal,
         onProgress: (f) => { if (!signal.aborted) this.store.set({ light: { state: 'busy', text: `extracting ${Math.round(f * 100)} %` } }); } });

@@ -29,7 +29,7 @@ export async function served(t, options) {
 
 /**
  * Opens the page. When the test ends, it fails if the page reported an error other than `expected`, or asked for anything
- * but its own files. With `startWorker` false, the page's service worker waits until the page calls startWorker().
+ * but its own files. With `startWorker` false, the service worker waits until the page calls startWorker().
  */
 export async function openPage(t, browser, url, { expected, startWorker = true, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1200, height: 800 }, serviceWorkers: 'block', acceptDownloads: true, ...options });
@@ -41,7 +41,8 @@ export async function openPage(t, browser, url, { expected, startWorker = true, 
   const page = await context.newPage();
   if (!startWorker) {
     await page.addInitScript(() => {
-      const { register } = ServiceWorkerContainer.prototype, started = new Promise((resolve) => { window.startWorker = resolve; });
+      const { register } = ServiceWorkerContainer.prototype;
+      const started = new Promise((resolve) => { window.startWorker = resolve; });
       ServiceWorkerContainer.prototype.register = async function (...more) {
         await started;
         return register.apply(this, more);

@@ -150,7 +150,8 @@ describe('the isovalue', () => {
     await page.evaluate(() => {
       const { postMessage } = Worker.prototype;
       Worker.prototype.postMessage = function (message, ...more) {
-        if (message.name === 'extract' && message.parameters.isovalue === 300.5) message.parameters.extractor = 1e6;
+        const { name, parameters } = message;
+        if (name === 'extract' && parameters.isovalue === 300.5) parameters.extractor = 1e6;
         postMessage.call(this, message, ...more);
       };
     });
@@ -428,7 +429,8 @@ describe('the views', () => {
     await page.focus('[data-view="axial"]');
     await page.keyboard.press('ArrowUp');
     await openBytes(t, page, 'ball.nii', niftiBall());
-    await page.waitForFunction(() => document.querySelector('[data-view="axial"] .br').textContent === '24 / 48');
+    const number = page.locator('[data-view="axial"] .br', { hasText: '24 / 48' });
+    await number.waitFor();
   });
 
   test('a picture is saved as PNG', async (t) => {
@@ -488,8 +490,8 @@ describe('the page', () => {
     await page.waitForFunction(() => navigator.serviceWorker.controller);
 
     // The newer version has other files.
-    const script = readFileSync(worker, 'utf8').replace(/\["\.\/".*?\]/, '["./"]').replace(/marrow-\$\{.*?\}/, 'marrow-newer');
-    writeFileSync(worker, script);
+    const script = readFileSync(worker, 'utf8').replace(/\["\.\/".*?\]/, '["./"]');
+    writeFileSync(worker, script.replace(/marrow-\$\{.*?\}/, 'marrow-newer'));
     await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
     await page.waitForFunction(async () => !(await navigator.serviceWorker.getRegistration()).installing);
     rmSync(join(folder, 'assets'), { recursive: true });
@@ -503,7 +505,8 @@ describe('the page', () => {
   });
 
   test('does not load itself again while somebody chooses a series', async (t) => {
-    const page = await openPage(t, browser, await served(t, { isolated: false }), { serviceWorkers: 'allow', startWorker: false });
+    const url = await served(t, { isolated: false });
+    const page = await openPage(t, browser, url, { serviceWorkers: 'allow', startWorker: false });
     const folder = await openBytes(t, page, 'two.nii', niftiVolumes());
     await page.waitForSelector('dialog .series');
     await page.evaluate(() => window.startWorker());

@@ -106,7 +106,9 @@ function labelSection(store: Store): HTMLElement {
     list.replaceChildren(...rows.map((row) => row.element));
   });
   // The rows stay, so that the keyboard's focus does.
-  follow(store, ['scan', 'table', 'asLabels', 'hidden', 'labelSurfaces'], (s) => rows.forEach((row) => row.update(s)));
+  follow(store, ['scan', 'table', 'asLabels', 'hidden', 'labelSurfaces'], (s) => {
+    for (const row of rows) row.update(s);
+  });
   return made;
 }
 
@@ -253,7 +255,8 @@ function distanceSection(store: Store): HTMLElement {
       remove.addEventListener('click', () => {
         store.set({ distances: store.state.distances.filter((d) => d !== distance) });
         // The keyboard goes on with the next distance, or the last, or the tool.
-        const others = list.querySelectorAll('button'), tool = byId('tools').querySelector<HTMLElement>('[data-tool="distance"]');
+        const others = list.querySelectorAll('button');
+        const tool = byId('tools').querySelector<HTMLElement>('[data-tool="distance"]');
         (others[Math.min(i, others.length - 1)] ?? tool)?.focus();
       });
       return elementOf('li', {}, elementOf('span', { class: 'name' }, `Distance ${i + 1}`), elementOf('span', { class: 'value' }, distanceText(distance)), remove);

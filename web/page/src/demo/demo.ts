@@ -6,7 +6,8 @@ export interface Range { first: number; step: number }
 export interface DemoSlice { k: number; file: Uint8Array<ArrayBuffer> }
 
 /** The files of the demo scan. */
-export async function demoScan(onProgress: (fraction: number) => void, signal: AbortSignal): Promise<ScanFile[]> {
+export async function demoScan(
+  onProgress: (fraction: number) => void, signal: AbortSignal): Promise<ScanFile[]> {
   const files: ScanFile[] = new Array(DIMS[2]), workers = Math.min(navigator.hardwareConcurrency || 1, 4);
   let done = 0;
   const compute = (range: Range) => new Promise<void>((resolve, reject) => {

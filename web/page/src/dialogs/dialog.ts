@@ -11,7 +11,9 @@ export function makeDialog(title: string): Dialog {
 }
 
 /** Ends the dialog that is shown, if any, as Escape does. */
-export const closeDialog = (): void => document.querySelectorAll('dialog').forEach((dialog) => dialog.close());
+export function closeDialog(): void {
+  for (const dialog of document.querySelectorAll('dialog')) dialog.close();
+}
 
 /** Shows a dialog until a button or Escape ends it. The answer is the value of the button, or empty. */
 export async function show({ element }: Dialog): Promise<string> {

@@ -13,9 +13,9 @@ let lastFormat: Extension = 'stl';
 export async function exportSurface(store: Store): Promise<void> {
   const state = store.state;
   if (!meshesOf(state)) {
-    const made = state.light.state !== 'busy';
-    return showBanner('note', made ? 'There is no surface of these settings; change them, or show a label, then export.' :
-      'The surface is still being made; export when its numbers are shown.');
+    return showBanner('note', state.light.state === 'busy' ?
+      'The surface is still being made; export when its numbers are shown.' :
+      'There is no surface of these settings; change them, or show a label, then export.');
   }
   const dialog = makeDialog('Export the surface');
   if (!canHold(state, lastFormat)) lastFormat = '3mf';
@@ -46,7 +46,8 @@ export async function exportSurface(store: Store): Promise<void> {
 }
 
 async function write(store: Store, file: string, space: Space, state: Store['state']): Promise<void> {
-  // A newer surface takes back the arrays of the one before, so take those of the moment, if the dialog described them.
+  // A newer surface takes back the arrays of the one before, so take those of the moment, if they are what
+  // the dialog described.
   const now = store.state;
   const described = now.scan === state.scan && commandOf(now, file, space) === commandOf(state, file, space);
   const meshes = described ? meshesOf(now) : undefined;

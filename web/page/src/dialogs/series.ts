@@ -8,7 +8,8 @@ import type { Choice } from '../scan/open';
 import { cancelButton, makeDialog, show } from './dialog';
 
 /** The user's choice, or undefined. `reason` says why there is a choice. Series that cannot be read are listed with the reason. */
-export async function chooseSeries(report: ScanReport, mends: readonly Mend[], reason: string): Promise<Choice | undefined> {
+export async function chooseSeries(
+  report: ScanReport, mends: readonly Mend[], reason: string): Promise<Choice | undefined> {
   const several = report.series.length > 1;
   const dialog = makeDialog(several ? 'Choose a series' : 'About this scan');
   dialog.body.append(elementOf('p', { class: 'faint' }, withoutOptions(reason)));
@@ -29,7 +30,7 @@ export async function chooseSeries(report: ScanReport, mends: readonly Mend[], r
 /** What is known of the series if the user chooses something for them. */
 export interface Mend { choice: Choice; series: readonly SeriesReport[] }
 
-/** Some of the series that are refused can be read with even slices interpolated, or if a volume is chosen. */
+/** Some of the series that are refused can be read with slices interpolated, or if a volume is chosen. */
 export async function mendsOf(files: ScanFile[], report: ScanReport, signal: AbortSignal): Promise<Mend[]> {
   const mends: Mend[] = [{ choice: {}, series: report.series }];
   if (!report.series.some((s) => s.refusal)) return mends;

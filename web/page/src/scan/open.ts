@@ -20,14 +20,17 @@ export const isOpening = (): boolean => opening !== undefined;
 
 /** Opens what the user chose. If it cannot be read, a message says why, and the scan before stays open. */
 export function openScan(store: Store, files: ScanFile[] | Promise<ScanFile[]>): Promise<void> {
-  return attempt(async (own) => open(store, await withProgress(own, 'Looking for files…', () => files), own));
+  return attempt(async (own) => {
+    await open(store, await withProgress(own, 'Looking for files…', () => files), own);
+  });
 }
 
 /** Computes the demo scan and opens it. */
 export function openDemo(store: Store): Promise<void> {
   return attempt(async (own) => {
     const { demoScan } = await import('../demo/demo');
-    await open(store, await withProgress(own, 'Computing the demo scan…', (set) => demoScan(set, own.signal)), own);
+    const files = await withProgress(own, 'Computing the demo scan…', (set) => demoScan(set, own.signal));
+    await open(store, files, own);
   });
 }
 
@@ -38,7 +41,8 @@ async function open(store: Store, files: ScanFile[], own: AbortController): Prom
   if (images.length === 0 && store.state.asLabels) return openTable(store, tables[0]!);
   mark('open');
   // One table beside a map belongs to it, while the texts beside many slices are about something else.
-  const [input, table] = images.length > 0 && images.length <= 2 && tables.length === 1 ? [images, tables[0]] : [files, undefined];
+  const belongs = images.length > 0 && images.length <= 2 && tables.length === 1;
+  const [input, table] = belongs ? [images, tables[0]] : [files, undefined];
   try {
     await read(store, input, {}, own);
   } catch (error) {
@@ -72,7 +76,8 @@ async function attempt(work: (own: AbortController) => Promise<void>): Promise<v
 }
 
 // Shows the progress of a part of an attempt, which the user may cancel.
-async function withProgress<T>(own: AbortController, text: string, work: (set: (fraction: number) => void) => T | Promise<T>): Promise<T> {
+async function withProgress<T>(
+  own: AbortController, text: string, work: (set: (fraction: number) => void) => T | Promise<T>): Promise<T> {
   const progress = new ProgressBanner(text, () => {
     own.abort();
     progress.remove();
@@ -85,7 +90,8 @@ async function withProgress<T>(own: AbortController, text: string, work: (set: (
 }
 
 // Asks which series to read, and reads it.
-async function choose(store: Store, files: ScanFile[], known: ScanReport | undefined, reason: string, own: AbortController): Promise<void> {
+async function choose(store: Store, files: ScanFile[], known: ScanReport | undefined, reason: string,
+                      own: AbortController): Promise<void> {
   const { signal } = own;
   const [report, mends] = await withProgress(own, 'Looking at the series…', async () => {
     const found = known ?? (await inspectScan(files, { signal }));
@@ -98,7 +104,8 @@ async function choose(store: Store, files: ScanFile[], known: ScanReport | undef
 
 async function read(store: Store, files: ScanFile[], choice: Choice, own: AbortController): Promise<void> {
   const { signal } = own;
-  const scan = await withProgress(own, 'Reading the scan…', (onProgress) => readScan(files, { ...choice, signal, onProgress }));
+  const scan = await withProgress(own, 'Reading the scan…', (onProgress) =>
+    readScan(files, { ...choice, signal, onProgress }));
   if (signal.aborted) return scan.dispose();
   const { scan: before, input } = store.state, report = input?.files === files ? input.report : undefined;
   store.set({ ...startOf(scan), input: { files, report } });

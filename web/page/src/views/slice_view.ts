@@ -54,7 +54,9 @@ export class SliceView {
     store.on(['scan'], () => this.start());
     store.on(['crosshair'], () => void this.load());
     store.on(['window', 'asLabels', 'table'], () => { this.imageIsStale = true; this.draw(); });
-    store.on(['isovalue', 'surface', 'exact', 'labelSurfaces', 'hidden', 'crop', 'closed', 'topology', 'asLabels'], () => { this.outlinesAreStale = true; this.draw(); });
+    store.on([
+      'isovalue', 'surface', 'exact', 'labelSurfaces', 'hidden', 'crop', 'closed', 'topology', 'asLabels',
+    ], () => { this.outlinesAreStale = true; this.draw(); });
     store.on(['distances', 'picked', 'tool'], () => this.draw());
     zoom.listeners.push(() => { if (zoom.factor === 1) this.pan = [0, 0]; this.draw(); });
     new ResizeObserver(() => this.draw()).observe(element);
@@ -214,7 +216,8 @@ export class SliceView {
 
   // Where the surfaces meet the slice. The sample contours have full resolution even while the surface is a preview.
   private trace(): void {
-    const { surface, exact, asLabels, labelSurfaces, hidden, isovalue, geometry, crop, closed, topology } = this.store.state;
+    const { surface, exact, asLabels, labelSurfaces, hidden, isovalue, geometry } = this.store.state;
+    const { crop, closed, topology } = this.store.state;
     const s = this.slice!, through = s.index;
     this.outlinesAreStale = false;
     if (asLabels) {
