@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <QDialog>
+#include <QMessageBox>
 #include <QMimeData>
 #include <QSpinBox>
 #include <QTableWidget>
@@ -313,6 +314,42 @@ TEST_F(BallViewer, ShowsWhyAFileCannotBeWritten) {
     window->write({{session().parameters().current, folder / "nowhere" / "ball.stl"}}, Space::LPS);
     ASSERT_TRUE(wait([&] { return !window->busy(); }));
     EXPECT_NE(window->banner().indexOf("nowhere"), -1) << window->banner().toStdString();
+}
+
+TEST_F(BallViewer, ClosesAfterAnExportThatNeedsNoWords) {
+    const auto write = [&](const std::filesystem::path& file, bool close) {
+        window->write({{session().parameters().current, file}}, Space::LPS);
+        if (close) window->close();
+        EXPECT_TRUE(window->isVisible());
+        EXPECT_TRUE(wait([&] { return !window->busy(); }));
+    };
+    write(folder / "nowhere" / "ball.stl", true);
+    EXPECT_TRUE(window->isVisible());
+    EXPECT_TRUE(window->banner().contains("nowhere")) << window->banner().toStdString();
+    write(folder / "ball.stl", false);
+    EXPECT_TRUE(window->isVisible());
+
+    session().set_isovalue(session().scan()->histogram.lower);  // all samples are inside
+    ASSERT_TRUE(settle());
+    write(folder / "box.stl", true);
+    EXPECT_TRUE(window->isVisible());
+    EXPECT_TRUE(window->banner().contains("border of the scan")) << window->banner().toStdString();
+
+    session().set_isovalue(0);
+    session().add_surface({}, 600, {}, 1);
+    ASSERT_TRUE(settle());
+    write(folder / "ball.stl", true);
+    auto* question = window->findChild<QMessageBox*>("discard_box");
+    ASSERT_TRUE(question);
+    QTest::mouseClick(question->button(QMessageBox::Cancel), Qt::LeftButton);
+    QTest::qWait(20);  // deletes the question
+    write(folder / "ball.stl", false);
+    EXPECT_TRUE(window->isVisible());
+    EXPECT_FALSE(window->findChild<QMessageBox*>("discard_box"));
+
+    session().set_saved();
+    write(folder / "ball.stl", true);
+    EXPECT_FALSE(window->isVisible());
 }
 
 TEST_F(BallViewer, ABadFileKeepsThePreviousScan) {

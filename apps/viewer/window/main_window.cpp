@@ -1,6 +1,8 @@
 // Builds the window and reacts to the user, the loader and the writer.
 #include "main_window.h"
 
+#include <utility>
+
 #include <QApplication>
 #include <QClipboard>
 #include <QCloseEvent>
@@ -256,6 +258,9 @@ void MainWindow::connect_writer() {
                 else
                     inform(message + "\n" + warnings);
                 emit written();
+                // The window stays if it has something to say.
+                const bool silent = !error && warnings.isEmpty();
+                if (std::exchange(close_when_written_, false) && silent) close();
             });
 }
 
@@ -559,8 +564,7 @@ void MainWindow::resizeEvent(QResizeEvent* event) {
 
 void MainWindow::closeEvent(QCloseEvent* event) {
     if (writer_.busy()) {
-        // Finish the export before closing.
-        connect(this, &MainWindow::written, this, &QWidget::close, Qt::UniqueConnection);
+        close_when_written_ = true;
         event->ignore();
         return;
     }

@@ -117,6 +117,7 @@ class MainWindow : public QMainWindow {
     QString remarks_text_;
     std::filesystem::path session_file_;  // of the last session; empty: none
     bool discards_ = false;               // the user agreed to lose the work
+    bool close_when_written_ = false;     // the user closed the window during an export
 };
 
 }  // namespace marrow::viewer
