@@ -573,6 +573,18 @@ TEST_F(Questions, AskWhetherToInterpolateUnevenSlices) {
     EXPECT_TRUE(window->command().contains("--resample")) << window->command().toStdString();
 }
 
+TEST_F(Questions, DoNotMakeTheWindowForgetWorkDuringLoading) {
+    write_half_bright(input.path(), "1.2.3", 5);
+    write_half_bright(input.path(), "1.2.4", 6);
+    before = session().scan();
+    window->open(input.path());
+    session().add_surface({}, 100, {}, 1);
+    ASSERT_TRUE(wait([&] { return window->findChild<viewer::SeriesDialog*>() != nullptr; }));
+    QTest::keyClick(window->findChild<viewer::SeriesDialog*>(), Qt::Key_Return);
+    ASSERT_TRUE(wait([&] { return window->findChild<QMessageBox*>("discard_box") != nullptr; }));
+    EXPECT_EQ(session().scan(), before);
+}
+
 // The dialog may close at any time while pictures are made.
 TEST_F(Questions, CanBeLeftWhilePicturesAreMade) {
     for (int i = 0; i < 20; ++i) write_half_bright(input.path(), "1.2." + std::to_string(i), 2);

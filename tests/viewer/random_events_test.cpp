@@ -1,6 +1,7 @@
 // Tests that the viewer survives random events in random order.
 #include <random>
 
+#include <QMessageBox>
 #include <QToolButton>
 
 #include <marrow/components.h>
@@ -159,11 +160,18 @@ class RandomEvents : public BallViewer {
         if (any(3) == 0) window->findChild<QToolButton*>("cancel")->click();
     }
 
+    // What was changed while a scan was loading may be lost.
+    void answer_questions() {
+        for (auto* box : window->findChildren<QMessageBox*>("discard_box"))
+            if (box->isVisible()) box->button(any(2) ? QMessageBox::Discard : QMessageBox::Cancel)->click();
+    }
+
     void something() {
         static const std::vector<int> keys{Qt::Key_W, Qt::Key_S,      Qt::Key_R,   Qt::Key_1, Qt::Key_2,
                                            Qt::Key_3, Qt::Key_4,      Qt::Key_5,   Qt::Key_6, Qt::Key_C,
                                            Qt::Key_F, Qt::Key_D,      Qt::Key_A,   Qt::Key_N, Qt::Key_T,
                                            Qt::Key_X, Qt::Key_Escape, Qt::Key_Tab, Qt::Key_B, Qt::Key_K};
+        answer_questions();
         switch (any(17)) {
             case 0:
             case 1: {

@@ -171,6 +171,59 @@ TEST_F(Sessions, WorkIsNotLostWithoutAQuestion) {
     EXPECT_FALSE(session().has_unsaved_work());
 }
 
+TEST_F(Sessions, WorkDuringLoadingIsNotLostWithoutAQuestion) {
+    write_nrrd(folder / "other.nrrd", 20, 20, 20, ball(10, 10, 10, 5));
+    const viewer::Scan* before = session().scan();
+    work();
+    const auto work_while_opening = [&](QMessageBox::StandardButton answer) {
+        window->open(folder / "other.nrrd");
+        session().add_surface({}, 100, {}, 1);
+        EXPECT_TRUE(wait([&] { return !window->busy(); }));
+        ASSERT_TRUE(question());
+        QTest::mouseClick(question()->button(answer), Qt::LeftButton);
+        QTest::qWait(20);  // deletes the question
+    };
+    work_while_opening(QMessageBox::Cancel);
+    EXPECT_EQ(session().scan(), before);
+    EXPECT_EQ(session().parameters().surfaces.size(), 3u);
+    work_while_opening(QMessageBox::Discard);
+    EXPECT_NE(session().scan(), before);
+    EXPECT_EQ(session().parameters().surfaces.size(), 1u);
+    // What was there before is asked about when the opening begins.
+    work();
+    before = session().scan();
+    window->open(scan);
+    ASSERT_TRUE(wait([&] { return session().scan() != before; }));
+    EXPECT_FALSE(question());
+}
+
+TEST_F(Sessions, AreSavedWhereTheShownOneCameFrom) {
+    const auto proposed = [&] {
+        QString name;
+        QTimer user;  // answers the dialog, which waits for it
+        QObject::connect(&user, &QTimer::timeout, [&] {
+            auto* files = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
+            if (!files) return;
+            name = files->findChild<QLineEdit*>("fileNameEdit")->text();
+            files->reject();
+        });
+        user.start(50);
+        window->findChild<QAction*>("save_session")->trigger();
+        return name.toStdString();
+    };
+    EXPECT_EQ(proposed(), "ball.marrow");
+    ASSERT_TRUE(window->save_session(folder / "mine.marrow"));
+    EXPECT_EQ(proposed(), "mine.marrow");
+    write_file(folder / "bad.marrow", "{}");
+    window->open(folder / "bad.marrow");
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_EQ(proposed(), "mine.marrow");
+    ASSERT_TRUE(open(scan));
+    EXPECT_EQ(proposed(), "ball.marrow");
+    ASSERT_TRUE(open(folder / "mine.marrow"));
+    EXPECT_EQ(proposed(), "mine.marrow");
+}
+
 TEST_F(Sessions, MeasurementsAreATable) {
     work();
     write_measurements(session().parameters().measurements, folder / "m.csv");

@@ -98,11 +98,11 @@ void Loader::open(const fs::path& input, const ScanOptions& options) {
                 session->options.progress = watched.progress;
                 const std::shared_ptr<const Scan> scan = open_scan(session->scan, session->options);
                 check_session(*session, *scan);
-                return end([=, this] { emit opened(scan, session); });
+                return end([=, this] { emit opened(input, scan, session); });
             }
             try {
                 const std::shared_ptr<const Scan> scan = open_scan(input, watched);
-                end([=, this] { emit opened(scan, nullptr); });
+                end([=, this] { emit opened(input, scan, nullptr); });
             } catch (const GeometryError&) {
                 auto question = question_about(input, watched);
                 if (!question) throw;

@@ -40,8 +40,9 @@ class Loader : public QObject {
     void started(const QString& name);
     void progressed(double fraction);
     void finished();  ///< always emitted, before one of the signals below
-    /// `session` is null unless a session file was opened.
-    void opened(const std::shared_ptr<const Scan>& scan, const std::shared_ptr<const SavedSession>& session);
+    /// `session` is null unless the input is a session file.
+    void opened(const std::filesystem::path& input, const std::shared_ptr<const Scan>& scan,
+                const std::shared_ptr<const SavedSession>& session);
     void undecided(const OpenQuestion& question);
     void failed(const QString& message);
 

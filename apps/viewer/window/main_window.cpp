@@ -219,6 +219,7 @@ void MainWindow::connect_views() {
     connect(welcome_, &Welcome::chosen, this,
             [this](const QString& path) { open_instead(path.toStdString()); });
     connect(&session_, &Session::scan_changed, this, &MainWindow::follow_scan);
+    connect(&session_.undo_stack(), &QUndoStack::indexChanged, this, [this] { changed_since_open_ = true; });
     connect(&session_, &Session::picking_changed, this, [this] {
         const bool measures = session_.tool() == Tool::distance || session_.tool() == Tool::angle;
         view_->setCursor(measures ? Qt::CrossCursor : Qt::ArrowCursor);
@@ -238,7 +239,11 @@ void MainWindow::connect_loader() {
     connect(&loader_, &Loader::progressed, this,
             [this](double fraction) { progress_->setValue(int(1000 * fraction)); });
     connect(&loader_, &Loader::finished, this, &MainWindow::hide_progress);
-    connect(&loader_, &Loader::opened, this, &MainWindow::show_opened);
+    connect(&loader_, &Loader::opened, this,
+            [this](const auto& input, const auto& scan, const auto& session) {
+                const auto proceed = [=, this] { show_opened(input, scan, session); };
+                changed_since_open_ ? discard_work(proceed) : proceed();
+            });
     connect(&loader_, &Loader::undecided, this, &MainWindow::ask);
     connect(&loader_, &Loader::failed, this,
             [this](const QString& message) { banner_->show_message(sentence(message), Severity::error); });
@@ -264,18 +269,16 @@ void MainWindow::connect_writer() {
             });
 }
 
-void MainWindow::show_opened(const std::shared_ptr<const Scan>& scan,
+void MainWindow::show_opened(const fs::path& input, const std::shared_ptr<const Scan>& scan,
                              const std::shared_ptr<const SavedSession>& session) {
     banner_->hide();
     session_.set_scan(scan);
     if (session) {
         session_.resume(session->parameters, session->crosshair);
         if (session->camera) view_->set_camera(*session->camera);
-        remember(session_file_);
-    } else {
-        session_file_.clear();
-        remember(scan->input);
     }
+    session_file_ = session ? input : fs::path();
+    remember(input);
     QString warnings;
     for (const std::string& warning : scan->info.warnings)
         warnings +=
@@ -314,7 +317,7 @@ void MainWindow::hide_progress() {
 }
 
 void MainWindow::open(const fs::path& input, const ScanOptions& options) {
-    if (is_session_file(input)) session_file_ = input;
+    changed_since_open_ = false;
     loader_.open(input, options);
 }
 
@@ -400,7 +403,7 @@ void MainWindow::ask(const OpenQuestion& question) {
         connect(dialog, &QDialog::accepted, this, [this, question, answer] {
             ScanOptions options = question.options;
             answer(options);
-            open(question.input, options);
+            loader_.open(question.input, options);
         });
         dialog->open();
     };

@@ -39,6 +39,7 @@ class MainWindow : public QMainWindow {
     explicit MainWindow(std::optional<std::size_t> device = {}, QWidget* parent = nullptr);
     ~MainWindow() override;
 
+    /// Replaces the scan as soon as the input is loaded. Asks first if that may discard work since this call.
     void open(const std::filesystem::path& input, const ScanOptions& options = {});
     /// Writes files in the background. \pre each surface is extracted in full resolution
     void write(const std::vector<ExportFile>& files, Space space);
@@ -76,7 +77,7 @@ class MainWindow : public QMainWindow {
 
     void follow_scan();
     void cancel_or_dismiss();
-    void show_opened(const std::shared_ptr<const Scan>& scan,
+    void show_opened(const std::filesystem::path& input, const std::shared_ptr<const Scan>& scan,
                      const std::shared_ptr<const SavedSession>& session);
     /// Calls `proceed`, but asks first if that would discard work.
     void discard_work(const std::function<void()>& proceed);
@@ -115,7 +116,8 @@ class MainWindow : public QMainWindow {
     QProgressBar* progress_;
     QToolButton *cancel_, *remarks_;
     QString remarks_text_;
-    std::filesystem::path session_file_;  // of the last session; empty: none
+    std::filesystem::path session_file_;  // of the session that is shown; empty: none
+    bool changed_since_open_ = false;     // so there may be work that the user did not agree to lose
     bool discards_ = false;               // the user agreed to lose the work
     bool close_when_written_ = false;     // the user closed the window during an export
 };
