@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <new>
 
 #include <marrow/isosurface.h>
 #include <marrow/thin_walls.h>
@@ -115,6 +116,8 @@ void MeshWriter::write(std::vector<File> files, Space space, Source source) {
                 false, warnings);
         } catch (const Cancelled&) {
             end(tr("Export cancelled. No file was changed."), false);
+        } catch (const std::bad_alloc&) {
+            end(tr("Not enough memory for this export. Crop the scan and try again."), true);
         } catch (const std::exception& error) {
             end(QString::fromUtf8(error.what()), true);
         }

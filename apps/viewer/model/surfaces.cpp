@@ -140,6 +140,11 @@ std::shared_ptr<const Shape> Surfaces::exact(int id) const {
     return it == states_.end() || !it->second.exact ? nullptr : it->second.newest;
 }
 
+QString Surfaces::failure(int id) const {
+    const auto it = states_.find(id);
+    return it == states_.end() ? QString() : it->second.failure;
+}
+
 bool Surfaces::settled() const {
     for (const auto& [id, state] : states_) {
         if (!state.exact || !state.newest->measures) return false;
@@ -221,6 +226,7 @@ void Surfaces::request(int id, double isovalue) {
     state.isovalue = isovalue;
     state.request = ++requests_;
     state.exact = false;
+    state.failure.clear();
     if (preview_level_ == 0) {
         extracting_.forget({0, id});
         state.preview.reset();
@@ -261,51 +267,59 @@ void Surfaces::settle() {
     }
 }
 
+// The job, which shows why it fails instead of ending the program.
+Worker::Job Surfaces::guarded(int id, Worker::Job job) {
+    return [this, id, request = states_[id].request, job = std::move(job)](const Progress& job_progress) {
+        const auto fail = [&](const QString& reason) {
+            QMetaObject::invokeMethod(
+                this,
+                [=, this] {
+                    const auto it = states_.find(id);
+                    if (it != states_.end() && it->second.request == request) it->second.failure = reason;
+                    emit failed(reason);
+                },
+                Qt::QueuedConnection);
+        };
+        try {
+            job(job_progress);
+        } catch (const Cancelled&) {
+            throw;
+        } catch (const std::bad_alloc&) {
+            fail(tr("Not enough memory for this surface. Crop the scan and try again."));
+        } catch (const std::exception& error) {
+            fail(QString::fromUtf8(error.what()));
+        }
+    };
+}
+
 void Surfaces::post(int id, int level) {
     const State& state = states_[id];
     const auto job = [this, id, level, request = state.request, isovalue = state.isovalue,
                       refinement = refinement_, with_trust = with_trust_,
                       source = source_](const Progress& job_progress) {
-        try {
-            auto shape = std::make_shared<Shape>();
-            const auto start = std::chrono::steady_clock::now();
-            const Mesh& extracted = source->extract(isovalue, level, job_progress);
-            shape->milliseconds =
-                std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-            if (const std::string& failure = source->extractor->failure(); !failure.empty())
-                QMetaObject::invokeMethod(
-                    this,
-                    [this, source, reason = QString::fromStdString(failure)] {
-                        give_up_device(source, reason);
-                    },
-                    Qt::QueuedConnection);
-            apps::report(job_progress, 1);
-            shape->isovalue = isovalue;
-            shape->level = level;
-            shape->mesh = std::make_shared<Mesh>(refine(extracted, refinement, level > 0, job_progress));
-            shape->polydata = to_polydata(*shape->mesh);
-            if (with_trust) {
-                shape->trust = source->report_trust(*shape->mesh, job_progress);
-                add_trust(*shape->trust, shape->polydata);
-            }
-            QMetaObject::invokeMethod(
-                this, [=, this] { accept(id, request, source, shape); }, Qt::QueuedConnection);
-        } catch (const Cancelled&) {
-            throw;
-        } catch (const std::bad_alloc&) {
+        auto shape = std::make_shared<Shape>();
+        const auto start = std::chrono::steady_clock::now();
+        const Mesh& extracted = source->extract(isovalue, level, job_progress);
+        shape->milliseconds =
+            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        if (const std::string& failure = source->extractor->failure(); !failure.empty())
             QMetaObject::invokeMethod(
                 this,
-                [this] {
-                    emit failed(tr("Not enough memory for this surface. Crop the scan and try again."));
-                },
+                [this, source, reason = QString::fromStdString(failure)] { give_up_device(source, reason); },
                 Qt::QueuedConnection);
-        } catch (const std::exception& error) {
-            QMetaObject::invokeMethod(
-                this, [this, text = QString::fromUtf8(error.what())] { emit failed(text); },
-                Qt::QueuedConnection);
+        apps::report(job_progress, 1);
+        shape->isovalue = isovalue;
+        shape->level = level;
+        shape->mesh = std::make_shared<Mesh>(refine(extracted, refinement, level > 0, job_progress));
+        shape->polydata = to_polydata(*shape->mesh);
+        if (with_trust) {
+            shape->trust = source->report_trust(*shape->mesh, job_progress);
+            add_trust(*shape->trust, shape->polydata);
         }
+        QMetaObject::invokeMethod(
+            this, [=, this] { accept(id, request, source, shape); }, Qt::QueuedConnection);
     };
-    extracting_.post({level > 0 ? 0 : 1, id}, job);
+    extracting_.post({level > 0 ? 0 : 1, id}, guarded(id, job));
 }
 
 void Surfaces::accept(int id, int request, const std::shared_ptr<Source>& source,
@@ -319,6 +333,7 @@ void Surfaces::accept(int id, int request, const std::shared_ptr<Source>& source
     state.newest = shape;
     if (shape->level > 0) state.preview = shape;
     state.exact = newest && shape->level == 0;
+    state.failure.clear();
     emit shape_changed(id);
     post_measure(id, std::move(shape));
 }
@@ -328,7 +343,7 @@ void Surfaces::post_measure(int id, std::shared_ptr<Shape> shape) {
     measuring_.forget({2, id});
     if (urgency == 0) measuring_.forget({1, id});
     measuring_.forget({urgency, id});
-    measuring_.post({urgency, id}, [this, id, shape](const Progress& job_progress) {
+    const auto job = [this, id, shape](const Progress& job_progress) {
         apps::report(job_progress, 0);
         const MeshMeasures measures = measure(*shape->mesh);
         QMetaObject::invokeMethod(
@@ -342,12 +357,13 @@ void Surfaces::post_measure(int id, std::shared_ptr<Shape> shape) {
                     post_check(id, shape);
             },
             Qt::QueuedConnection);
-    });
+    };
+    measuring_.post({urgency, id}, guarded(id, job));
 }
 
 // Last of all, because it takes the longest.
 void Surfaces::post_check(int id, const std::shared_ptr<Shape>& shape) {
-    measuring_.post({2, id}, [this, id, shape](const Progress& job_progress) {
+    const auto job = [this, id, shape](const Progress& job_progress) {
         const std::int64_t found = check_mesh(*shape->mesh, {.progress = job_progress}).self_intersections;
         QMetaObject::invokeMethod(
             this,
@@ -357,7 +373,8 @@ void Surfaces::post_check(int id, const std::shared_ptr<Shape>& shape) {
                 if (it != states_.end() && it->second.newest == shape) emit measured(id);
             },
             Qt::QueuedConnection);
-    });
+    };
+    measuring_.post({2, id}, guarded(id, job));
 }
 
 }  // namespace marrow::viewer

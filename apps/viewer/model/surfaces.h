@@ -49,6 +49,8 @@ class Surfaces : public QObject {
     std::shared_ptr<const Shape> preview(int id) const;
     /// The shape in full resolution; null while it does not match the parameters.
     std::shared_ptr<const Shape> exact(int id) const;
+    /// Why the requested surface could not be extracted, measured or checked; empty while nothing has failed.
+    QString failure(int id) const;
     /// Whether all surfaces are extracted in full resolution and measured.
     bool settled() const;
     /// Requests full resolution now, without waiting for the pause.
@@ -81,6 +83,7 @@ class Surfaces : public QObject {
         std::shared_ptr<Shape> newest, preview;
         double isovalue = 0;  // requested
         int request = 0;      // number of the newest request
+        QString failure;      // of this request; empty: none
         bool exact = false;   // `newest` matches the request in full resolution
         bool waits = false;   // full resolution will be requested after the pause
     };
@@ -90,6 +93,7 @@ class Surfaces : public QObject {
     void give_up_device(const std::shared_ptr<Source>& source, const QString& reason);
     int needed_preview_level() const;
     void request(int id, double isovalue);
+    Worker::Job guarded(int id, Worker::Job job);
     void post(int id, int level);
     void accept(int id, int request, const std::shared_ptr<Source>& source, std::shared_ptr<Shape> shape);
     void post_measure(int id, std::shared_ptr<Shape> shape);

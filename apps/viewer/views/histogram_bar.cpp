@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 
 #include <QKeyEvent>
 #include <QMouseEvent>
@@ -41,15 +42,19 @@ void HistogramBar::follow_scan() {
     distribution_ = Distribution(scan->histogram);
     update_bins();
     counting_.post({0, 0}, [this, scan](const Progress&) {
-        const Distribution fine(scan->volume, scan->histogram, scan->info.padding);
-        QMetaObject::invokeMethod(
-            this,
-            [this, scan, fine] {
-                if (session_.scan() != scan.get()) return;
-                distribution_ = fine;
-                update_bins();
-            },
-            Qt::QueuedConnection);
+        try {
+            const Distribution fine(scan->volume, scan->histogram, scan->info.padding);
+            QMetaObject::invokeMethod(
+                this,
+                [this, scan, fine] {
+                    if (session_.scan() != scan.get()) return;
+                    distribution_ = fine;
+                    update_bins();
+                },
+                Qt::QueuedConnection);
+        } catch (const std::bad_alloc&) {
+            // The bins of the scan's histogram stay.
+        }
     });
 }
 

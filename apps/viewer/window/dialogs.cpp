@@ -199,6 +199,7 @@ void ExportDialog::connect_fields() {
     connect(space_, qOverload<int>(&QComboBox::currentIndexChanged), this, &ExportDialog::follow);
     connect(file_, &QLineEdit::textChanged, this, &ExportDialog::follow);
     connect(&surfaces_, &Surfaces::shape_changed, this, &ExportDialog::follow);
+    connect(&surfaces_, &Surfaces::failed, this, &ExportDialog::follow);
 }
 
 void ExportDialog::browse() {
@@ -263,7 +264,8 @@ void ExportDialog::follow() {
         lines << shell_line(command_arguments(*scan, session_.parameters(), *surface, file.file, space()));
         const std::shared_ptr<const Shape> shape = surfaces_.exact(file.surface);
         if (!shape) {
-            obstacle = tr("Extracting the surface in full resolution…");
+            const QString failure = surfaces_.failure(file.surface);
+            obstacle = failure.isEmpty() ? tr("Extracting the surface in full resolution…") : failure;
             continue;
         }
         if (shape->mesh->triangles.empty())

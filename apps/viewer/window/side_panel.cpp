@@ -195,6 +195,7 @@ SidePanel::SidePanel(Session& session, Surfaces& surfaces, QAction* whole_scan)
     connect(&session_, &Session::scan_changed, this, &SidePanel::follow_numbers);
     connect(&surfaces_, &Surfaces::shape_changed, this, &SidePanel::follow_numbers);
     connect(&surfaces_, &Surfaces::measured, this, &SidePanel::follow_numbers);
+    connect(&surfaces_, &Surfaces::failed, this, &SidePanel::follow_numbers);
     follow_parameters();
 }
 
@@ -479,7 +480,8 @@ void SidePanel::follow_measurements() {
 void SidePanel::follow_numbers() {
     const SurfaceParameters* current = session_.current();
     const std::shared_ptr<const Shape> shape = current ? surfaces_.shape(current->id) : nullptr;
-    if (!shape) {
+    const bool failed = current && !surfaces_.failure(current->id).isEmpty();
+    if (!shape || (failed && !shape->measures)) {
         for (QLabel* label : numbers_) label->setText("–");
         closedness_->clear();
         return;
@@ -497,11 +499,11 @@ void SidePanel::follow_numbers() {
                                 : tr("not closed"));
     numbers_[1]->setText(about + QString("%1 cm²").arg(m.area / 100, 0, 'f', 1));
     numbers_[2]->setText(about + grouped(m.components));
-    show_validity(*shape);
+    show_validity(*shape, failed);
 }
 
 // Isosurfaces do not intersect themselves, but smoothing and reduction may have made them do so.
-void SidePanel::show_validity(const Shape& shape) {
+void SidePanel::show_validity(const Shape& shape, bool failed) {
     const Parameters& p = session_.parameters();
     const MeshMeasures& m = *shape.measures;
     const bool checked = shape.level > 0 || (p.smooth == 0 && p.keep == 100) || shape.self_intersections;
@@ -513,7 +515,7 @@ void SidePanel::show_validity(const Shape& shape) {
     else if (m.boundary_edges > 0 || m.nonmanifold_edges > 0)
         light("#f0883e", tr("open"));
     else if (!checked)
-        light("#8b949e", tr("checking…"));
+        light("#8b949e", failed ? tr("not checked") : tr("checking…"));
     else if (shape.self_intersections.value_or(0) > 0)
         light("#f0883e", tr("%1 self-intersections").arg(*shape.self_intersections));
     else

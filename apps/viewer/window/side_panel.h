@@ -63,7 +63,7 @@ class SidePanel : public QWidget {
     void add_colouring(QVBoxLayout* layout);
     void add_options(QVBoxLayout* layout);
     void add_refinement(QVBoxLayout* layout);
-    void show_validity(const Shape& shape);
+    void show_validity(const Shape& shape, bool failed);
     void add_measures(QVBoxLayout* layout);
     void add_crop(QVBoxLayout* layout, QAction* whole_scan);
     void add_measurements(QVBoxLayout* layout);
