@@ -48,8 +48,12 @@ Device describe(VkPhysicalDevice physical) {
     vkGetPhysicalDeviceMemoryProperties(physical, &memory);
     Device device{.name = properties.deviceName, .kind = kind_of(properties.deviceType)};
     if (properties.apiVersion >= VK_API_VERSION_1_2) add_identity(physical, device);
-    for (std::uint32_t h = 0; h < memory.memoryHeapCount; ++h)
-        device.memory = std::max<std::uint64_t>(device.memory, memory.memoryHeaps[h].size);
+    for (std::uint32_t h = 0; h < memory.memoryHeapCount; ++h) {
+        const VkMemoryHeap& heap = memory.memoryHeaps[h];
+        // Graphics cards also list memory of the host, which can be larger than their own.
+        if ((heap.flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) != 0)
+            device.memory = std::max<std::uint64_t>(device.memory, heap.size);
+    }
     return device;
 }
 

@@ -46,7 +46,7 @@ struct Device {
     std::string name;
     DeviceKind kind = DeviceKind::other;
     std::string driver = {};   ///< its name and version; empty: unknown
-    std::uint64_t memory = 0;  ///< bytes of its largest memory
+    std::uint64_t memory = 0;  ///< bytes of its largest local memory
     /// The numbers by which CUDA, OpenGL and other instances of Vulkan know the device and its driver. Those
     /// that import memory of the device must have the same.
     std::array<std::uint8_t, 16> uuid{}, driver_uuid{};

@@ -112,5 +112,18 @@ TEST(Devices, AreDescribed) {
     EXPECT_EQ(gpu::choose_device("LLVMpipe"), 0u);
 }
 
+TEST(Devices, HaveNoMemoryOfTheHost) {
+    const std::uint64_t memory = gpu::devices().at(0).memory;
+    EXPECT_GT(memory, 0u);
+    static const auto original = vkGetPhysicalDeviceMemoryProperties;
+    vkGetPhysicalDeviceMemoryProperties = [](VkPhysicalDevice device,
+                                             VkPhysicalDeviceMemoryProperties* properties) {
+        original(device, properties);
+        properties->memoryHeaps[properties->memoryHeapCount++] = {2 * properties->memoryHeaps[0].size, 0};
+    };
+    EXPECT_EQ(gpu::devices().at(0).memory, memory);
+    vkGetPhysicalDeviceMemoryProperties = original;
+}
+
 }  // namespace
 }  // namespace marrow::test

@@ -14,7 +14,7 @@ class Device:
     name: str
     kind: str  #: 'discrete', 'integrated', 'virtual', 'other' or 'software'
     driver: str  #: its name and version; empty: unknown
-    memory: int  #: bytes of its largest memory
+    memory: int  #: bytes of its largest local memory
 
 
 def devices() -> list[Device]:
