@@ -68,13 +68,20 @@ T* resize(Buffer<T>& buffer, std::size_t size) {
     return buffer.data();
 }
 
-// Makes room for output, and for a quarter more, so that the next isovalue need not.
+// Makes room for output, and for a quarter more if that fits, so that the next isovalue need not.
 void grow(const std::shared_ptr<VulkanDevice>& device, std::shared_ptr<const DeviceBuffer>& buffer,
           std::uint64_t bytes) {
     if (buffer && buffer->bytes() >= bytes) return;
     buffer.reset();
+    const auto allocate = [&](std::uint64_t size) {
+        buffer = std::make_shared<const DeviceBuffer>(device, size, DeviceBuffer::Place::shared);
+    };
     const std::uint64_t more = std::min(bytes + bytes / 4, device->limits().allocation) / 4 * 4;
-    buffer = std::make_shared<const DeviceBuffer>(device, std::max(bytes, more), DeviceBuffer::Place::shared);
+    try {
+        allocate(std::max(bytes, more));
+    } catch (const DeviceError&) {
+        allocate(bytes);
+    }
 }
 
 std::uint64_t bytes_of(const std::shared_ptr<const DeviceBuffer>& buffer) {

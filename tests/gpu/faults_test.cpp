@@ -13,17 +13,18 @@
 namespace marrow::test {
 namespace {
 
-// While this lives, call number n of a function of Vulkan, counted from 0, does nothing and fails. A device
-// must have been opened before, because that loads the functions.
+// While this lives, call number n of a function of Vulkan, counted from 0, and those after it, if `times` is
+// more than 1, do nothing and fail. A device must have been opened before, because that loads the functions.
 template <auto* Function>
 class FailingCall;
 
 template <class... Arguments, VkResult(VKAPI_PTR** Function)(Arguments...)>
 class FailingCall<Function> {
   public:
-    FailingCall(int n, VkResult error) {
+    FailingCall(int n, VkResult error, int times = 1) {
         original_ = *Function;
         left_ = n;
+        times_ = times;
         error_ = error;
         *Function = &call;
     }
@@ -35,7 +36,8 @@ class FailingCall<Function> {
 
   private:
     static VkResult VKAPI_CALL call(Arguments... arguments) {
-        if (left_-- != 0) return original_(arguments...);
+        const int left = left_--;
+        if (left > 0 || left <= -times_) return original_(arguments...);
         if constexpr (std::is_same_v<decltype(original_), PFN_vkWaitForFences>) {
             // A lost device runs nothing any more.
             if (error_ == VK_ERROR_DEVICE_LOST) original_(arguments...);
@@ -44,7 +46,7 @@ class FailingCall<Function> {
     }
 
     static inline VkResult (*original_)(Arguments...);
-    static inline int left_;
+    static inline int left_, times_;
     static inline VkResult error_;
 };
 
@@ -78,7 +80,7 @@ void expect_works(gpu::Extractor& extractor) {
 
 // Fails each call in its turn: those that making an extractor takes, and those that using one takes.
 template <auto* Function>
-void fail_every_call(VkResult error) {
+void fail_every_call(VkResult error, int times = 1) {
     const bool lost = error == VK_ERROR_DEVICE_LOST;
     int failures = 0;
     gpu::internal::open_device(0);
@@ -91,7 +93,7 @@ void fail_every_call(VkResult error) {
             if (!while_made) extractor = std::make_unique<gpu::Extractor>(small_scan(), kPointsOnly);
             bool thrown = false;
             {
-                const FailingCall<Function> fault(n, error);
+                const FailingCall<Function> fault(n, error, times);
                 try {
                     if (while_made) extractor = std::make_unique<gpu::Extractor>(small_scan(), kPointsOnly);
                     if (!while_made) use(*extractor);
@@ -117,15 +119,25 @@ void fail_every_call(VkResult error) {
 }
 
 TEST(GpuFaults, AfterOutOfMemoryTheExtractorWorks) {
-    fail_every_call<&vkAllocateMemory>(VK_ERROR_OUT_OF_DEVICE_MEMORY);
-    fail_every_call<&vkCreateBuffer>(VK_ERROR_OUT_OF_HOST_MEMORY);
-    fail_every_call<&vkBindBufferMemory>(VK_ERROR_OUT_OF_DEVICE_MEMORY);
+    // Twice, because memory for output is asked for again without its reserve.
+    fail_every_call<&vkAllocateMemory>(VK_ERROR_OUT_OF_DEVICE_MEMORY, 2);
+    fail_every_call<&vkCreateBuffer>(VK_ERROR_OUT_OF_HOST_MEMORY, 2);
+    fail_every_call<&vkBindBufferMemory>(VK_ERROR_OUT_OF_DEVICE_MEMORY, 2);
     fail_every_call<&vkMapMemory>(VK_ERROR_OUT_OF_HOST_MEMORY);
     fail_every_call<&vkBeginCommandBuffer>(VK_ERROR_OUT_OF_HOST_MEMORY);
     fail_every_call<&vkEndCommandBuffer>(VK_ERROR_OUT_OF_DEVICE_MEMORY);
     fail_every_call<&vkQueueSubmit>(VK_ERROR_OUT_OF_DEVICE_MEMORY);
     fail_every_call<&vkWaitForFences>(VK_ERROR_OUT_OF_HOST_MEMORY);
     fail_every_call<&vkGetMemoryFdKHR>(VK_ERROR_TOO_MANY_OBJECTS);
+}
+
+TEST(GpuFaults, OutputNeedsNoReserve) {
+    gpu::Extractor extractor(small_scan(), kPointsOnly);
+    for (const double isovalue : {110, 60}) {  // the second surface is larger
+        const FailingCall<&vkAllocateMemory> fault(0, VK_ERROR_OUT_OF_DEVICE_MEMORY);
+        EXPECT_GT(compare(extractor, small_scan(), isovalue, kPointsOnly), 10u);
+        EXPECT_TRUE(fault.failed());
+    }
 }
 
 TEST(GpuFaults, AfterTheDeviceIsLostANewExtractorWorks) {
