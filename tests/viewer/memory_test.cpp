@@ -26,6 +26,15 @@ void* operator new(std::size_t bytes) {
     return memory;
 }
 
+// By default it would call the one above, but AddressSanitizer has its own.
+void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
+    try {
+        return operator new(bytes);
+    } catch (const std::bad_alloc&) {
+        return nullptr;
+    }
+}
+
 void operator delete(void* memory) noexcept {
     std::free(memory);
 }
