@@ -52,6 +52,9 @@ struct BlockSurface {
 
 /// The largest grid, in columns, rows and layers.
 inline constexpr std::int64_t kMostColumns = (1 << 24) - 4, kMostLayers = 16000;
+/// The largest height, in layers. Up to it, rounding moves a height by far less than a layer; far above it,
+/// adjacent layers would have the same height, and the search for the layer below would not end.
+inline constexpr double kMostHeight = 0x1p40;
 
 /// Extracts the surface of a block. \pre the strip has its rows, as far as the raster does
 BlockSurface extract_block(const Strip& strip, const Block& block);

@@ -109,6 +109,13 @@ Extent find_range(const Raster& raster, bool closed, TerrainInfo& info, Work& wo
 // exactly at a layer, where points would coincide.
 Grid make_grid(const Raster& raster, const TerrainOptions& options, const TerrainInfo& info) {
     const double lowest = info.lowest * options.exaggerate, highest = info.highest * options.exaggerate;
+    if (!(std::max(-lowest, highest) / info.cell[2] <= kMostHeight))
+        throw InputError(
+            fmt::format("heights from {:g} to {:g} m are too large for samples {:g} m apart: if they mark "
+                        "samples without a height, name that value (gdal_translate -a_nodata VALUE), else "
+                        "give a larger options.cell{}",
+                        info.lowest, info.highest, info.cell[2],
+                        options.exaggerate > 1 ? " or a smaller options.exaggerate" : ""));
     double below = 0.381966 * info.cell[2];
     Grid grid;
     grid.columns = raster.columns();

@@ -365,6 +365,22 @@ TEST(Terrain, RefusesInvalidInput) {
     EXPECT_THROW(extract_terrain(good, {.progress = [](double) { return false; }}), Cancelled);
 }
 
+TEST(Terrain, RefusesHeightsThatAreTooLargeForItsLayers) {
+    const test::TemporaryFolder folder;
+    constexpr double kUnmarked = -3.4028234663852886e38;  // no height, in rasters that do not say so
+    const auto expect_hint = [&](const std::function<double(int, int)>& height,
+                                 const TerrainOptions& options = {}) {
+        const fs::path file = RasterFile{9, 9}.write(folder / "dem.tif", height);
+        EXPECT_NE(refusal<InputError>(file, options).find("-a_nodata"), std::string::npos);
+    };
+    expect_hint([](int i, int) { return i == 3 ? kUnmarked : 100; });
+    expect_hint([](int, int) { return kUnmarked; });
+    expect_hint([](int, int) { return 1e20; }, {.base = 3, .size = 50});
+    expect_hint(flat, {.exaggerate = 1e308});
+    const fs::path high = RasterFile{9, 9}.write(folder / "high.tif", [](int i, int) { return 1e12 + i; });
+    EXPECT_FALSE(extract_terrain(high).triangles.empty());
+}
+
 TEST(Terrain, CanBeCancelledWhileReading) {
     // The cell is so small that one strip takes minutes, but GDAL can be cancelled within it.
     const test::TemporaryFolder folder;
