@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -80,12 +81,32 @@ std::string utm_zone(GDALDatasetH dataset, const std::array<double, 6>& g, OGRSp
     return fmt::format("EPSG:{}", (latitude < 0 ? 32700 : 32600) + zone);
 }
 
-// Heights are in metres unless the raster states another unit.
-double metres_of(std::string unit) {
-    std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::tolower(c); });
-    if (unit.find("survey") != unit.npos || unit == "us-ft") return 1200.0 / 3937;
-    if (unit == "ft" || unit.find("foot") != unit.npos || unit.find("feet") != unit.npos) return 0.3048;
-    return 1;
+struct Unit {
+    std::string_view names;  // each between bars, in lower case and without what is not a letter
+    double metres;
+};
+constexpr Unit kUnits[] = {
+    {"|m|metre|metres|meter|meters|", 1},
+    {"|mm|millimetre|millimetres|millimeter|millimeters|", 0.001},
+    {"|cm|centimetre|centimetres|centimeter|centimeters|", 0.01},
+    {"|dm|decimetre|decimetres|decimeter|decimeters|", 0.1},
+    {"|km|kilometre|kilometres|kilometer|kilometers|", 1000},
+    {"|ft|foot|feet|internationalfoot|internationalfeet|", 0.3048},
+    {"|usft|ftus|usfoot|footus|usfeet|surveyfoot|surveyfeet|ussurveyfoot|ussurveyfeet|", 1200.0 / 3937}};
+
+// The metres of a unit, which programs write as "US survey foot", "us-ft" or "Foot_US". No value if it is
+// unknown.
+std::optional<double> metres_of(std::string_view unit) {
+    std::string name = "|";
+    for (const char c : unit) {
+        const char lower = static_cast<char>(c | 0x20);  // the same in every locale
+        if (lower >= 'a' && lower <= 'z') name += lower;
+    }
+    name += '|';
+    for (const Unit& known : kUnits) {
+        if (known.names.find(name) != known.names.npos) return known.metres;
+    }
+    return {};
 }
 
 // The number of samples that GDAL's warper fits into a length.
@@ -156,7 +177,12 @@ void Raster::open() {
     }
     format_ = GDALGetDriverShortName(GDALGetDatasetDriver(dataset_));
     const GDALRasterBandH band = GDALGetRasterBand(dataset_, 1);
-    height_unit_ = metres_of(GDALGetRasterUnitType(band));
+    const std::string unit = GDALGetRasterUnitType(band);
+    const std::optional<double> metres = metres_of(unit);
+    height_unit_ = metres.value_or(1);
+    if (!metres && !unit.empty())
+        warnings_.push_back(fmt::format(
+            "the raster's heights are in an unknown unit, '{}'; they are assumed to be metres", unit));
     height_scale_ = GDALGetRasterScale(band, nullptr);
     height_offset_ = GDALGetRasterOffset(band, nullptr);
 }

@@ -298,13 +298,27 @@ TEST(Terrain, WithRowsFromTheSouthIsTheSame) {
     EXPECT_EQ(test::mesh_hash(a), test::mesh_hash(b));
 }
 
-TEST(Terrain, InFeetBecomesMetres) {
+TEST(Terrain, InAnyUnitBecomesMetres) {
     const test::TemporaryFolder folder;
-    RasterFile feet{10, 10};
-    feet.unit = "ft";
+    RasterFile raster{10, 10};
     TerrainInfo info;
-    extract_terrain(feet.write(folder / "dem.tif", [](int i, int) { return 1000.0 + i; }), {}, &info);
-    EXPECT_NEAR(info.lowest, 304.8, 1e-9);
+    const auto expect_metres = [&](const std::string& unit, double metres, std::size_t warnings = 0) {
+        raster.unit = unit;
+        extract_terrain(raster.write(folder / "dem.tif", [](int i, int) { return 1.0 + 0.001 * i; }), {},
+                        &info);
+        EXPECT_NEAR(info.lowest, metres, 1e-12 * metres) << unit;
+        EXPECT_EQ(info.warnings.size(), warnings) << unit;
+    };
+    for (const char* unit : {"", "m", "metre", "Meters"}) expect_metres(unit, 1);
+    expect_metres("mm", 0.001);
+    expect_metres("cm", 0.01);
+    expect_metres("decimetre", 0.1);
+    expect_metres("km", 1000);
+    for (const char* unit : {"ft", "foot", "Feet", "International Foot"}) expect_metres(unit, 0.3048);
+    for (const char* unit : {"US survey foot", "ftUS", "us-ft", "Foot_US"})
+        expect_metres(unit, 1200.0 / 3937);
+    expect_metres("fathom", 1, 1);
+    EXPECT_NE(info.warnings.at(0).find("'fathom'"), std::string::npos);
 }
 
 TEST(Terrain, DoesNotDependOnThreads) {
