@@ -150,7 +150,8 @@ Raster::Raster(const std::filesystem::path& path, std::optional<double> cell, Co
     }
     projection_ = projection_name(reference);
 
-    const double unit = reference != nullptr ? OSRGetLinearUnits(reference, nullptr) : 1;
+    // Without a georeference, the steps are options.cell, in metres whatever the unit of the coordinates.
+    const double unit = georeferenced_ && reference != nullptr ? OSRGetLinearUnits(reference, nullptr) : 1;
     columns_ = GDALGetRasterXSize(dataset_);
     rows_ = GDALGetRasterYSize(dataset_);
     east_step_ = g[1] * unit;

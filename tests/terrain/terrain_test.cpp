@@ -424,6 +424,10 @@ TEST(Terrain, WithoutGeoreferenceNeedsACell) {
     EXPECT_FALSE(info.georeferenced);
     EXPECT_NEAR(m.upper[0] - m.lower[0], 39 * 25e3, 1);
     EXPECT_LT(info.rms_error, 1e-3);
+
+    bare.epsg = 2263;  // coordinates in feet, of which there are none
+    extract_terrain(bare.write(folder / "feet.tif", hills), {.cell = 25}, &info);
+    EXPECT_EQ(info.cell, (std::array<double, 3>{25, 25, 25}));
 }
 
 TEST(Terrain, OfMountStHelens) {
