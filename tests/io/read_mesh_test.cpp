@@ -9,6 +9,7 @@
 #include <vtkSTLWriter.h>
 #include <vtkXMLPolyDataWriter.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 
@@ -121,6 +122,20 @@ TEST_F(ReadMesh, KeepsObjectsApart) {
     }
     write_mesh(mesh, folder / "a.stl");
     ASSERT_EQ(read_meshes(folder / "a.stl").size(), 1u);
+}
+
+TEST_F(ReadMesh, KeepsObjectsWithoutNamesApart) {
+    for (const char* name : {"a.3mf", "a.glb", "a.obj", "a.vtp"}) {
+        write_meshes(std::array{MeshObject{mesh, "bone"}, MeshObject{mesh}}, folder / name);
+        const std::vector<NamedMesh> named = read_meshes(folder / name);
+        ASSERT_EQ(named.size(), 2u) << name;
+        EXPECT_EQ(named[0].name, "bone") << name;
+        EXPECT_EQ(named[1].name, mesh_format(name) == MeshFormat::obj ? "surface 2" : "") << name;
+        write_meshes(std::array{MeshObject{mesh}, MeshObject{mesh}}, folder / name);
+        EXPECT_EQ(read_meshes(folder / name).size(), 2u) << name;
+    }
+    write_mesh(mesh, folder / "one.obj");
+    EXPECT_EQ(read_meshes(folder / "one.obj").at(0).name, "");
 }
 
 TEST_F(ReadMesh, TakesObjectsThatSharePointsAsOne) {

@@ -1,4 +1,6 @@
-// Makes names valid UTF-8.
+// Makes names valid UTF-8, and names objects that have none.
+#include <fmt/format.h>
+
 #include "writer.h"
 
 namespace marrow::internal::io {
@@ -39,6 +41,11 @@ std::string clean_name(const std::string& name) {
         rest.remove_prefix(length == 0 ? 1 : length);
     }
     return clean;
+}
+
+std::string name_or_number(MeshObjects objects, std::size_t index) {
+    const std::string& name = objects[index].name;
+    return name.empty() ? fmt::format("surface {}", index + 1) : name;
 }
 
 }  // namespace marrow::internal::io

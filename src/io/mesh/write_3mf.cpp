@@ -101,16 +101,14 @@ void write_3mf_model(MeshOutput& output, MeshObjects objects) {
         std::size_t colours = 0;
         for (std::size_t i = 0; i < objects.size(); ++i) {
             if (!objects[i].colour) continue;
-            const std::string name =
-                objects[i].name.empty() ? "surface " + std::to_string(i + 1) : objects[i].name;
-            text += "<base name=\"" + escaped(name) + "\" displaycolor=\"" + hex_colour(*objects[i].colour) +
-                    "\"/>\n";
+            text += "<base name=\"" + escaped(name_or_number(objects, i)) + "\" displaycolor=\"" +
+                    hex_colour(*objects[i].colour) + "\"/>\n";
             colour_of[i] = " pid=\"1\" pindex=\"" + std::to_string(colours++) + "\"";
         }
         text += "</basematerials>\n";
     }
     output.text(text);
-    const auto id = [](std::size_t object) { return "\"" + std::to_string(object + 2) + "\""; };
+    const auto id = [](std::size_t object) { return fmt::format("\"{}\"", object + 2); };
     for (std::size_t i = 0; i < objects.size(); ++i) {
         output.set_share(i, objects.size());
         output.text("<object id=" + id(i) + " type=\"model\"" + name_attribute(objects[i]) + colour_of[i] +

@@ -24,11 +24,8 @@ char* put_index(char* to, std::uint64_t index) {
 }
 
 // Indices count from the first point and normal of the file.
-void write_object(MeshOutput& output, const MeshObject& object, std::uint64_t points_before,
+void write_object(MeshOutput& output, const MeshView& mesh, std::uint64_t points_before,
                   std::uint64_t normals_before) {
-    const MeshView& mesh = object.mesh;
-    if (!object.name.empty()) output.text("o " + clean_name(object.name) + "\n");
-
     constexpr std::size_t vector_chars = 3 + 3 * (kFloatChars + 1);
     output.items<vector_chars>(mesh.points.size(), 0, 0.3, [&](std::size_t i, char* to) {
         return put_vector(to, "v", output.oriented(mesh.points[i]));
@@ -60,7 +57,10 @@ void write_obj(MeshOutput& output, MeshObjects objects) {
     std::uint64_t points = 0, normals = 0;
     for (std::size_t i = 0; i < objects.size(); ++i) {
         output.set_share(i, objects.size());
-        write_object(output, objects[i], points, normals);
+        // Without a line of its own, an object would be a part of the one before it.
+        if (objects.size() > 1 || !objects[i].name.empty())
+            output.text("o " + clean_name(name_or_number(objects, i)) + "\n");
+        write_object(output, objects[i].mesh, points, normals);
         points += objects[i].mesh.points.size();
         normals += objects[i].mesh.normals.size();
     }

@@ -105,6 +105,8 @@ std::span<const ArchiveFile> other_3mf_files();
 
 /// A name as valid UTF-8 without control characters; invalid bytes become U+FFFD.
 std::string clean_name(const std::string& name);
+/// The name of an object where the file needs one: without a name it is "surface 1", by its number.
+std::string name_or_number(MeshObjects objects, std::size_t index);
 
 // STL and PLY have records of a fixed size, so that a surface can be written in parts.
 
