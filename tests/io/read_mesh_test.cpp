@@ -10,6 +10,7 @@
 #include <vtkXMLPolyDataWriter.h>
 
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <functional>
 
@@ -211,6 +212,33 @@ TEST_F(ReadMesh, ReadsTextFormatsAsOthersWriteThem) {
                                      "9 0 0 0\n9 1 0 0\n9 1 1 0\n9 0 1 0\n7 4 0 1 2 3\n"));
     EXPECT_TRUE(ply.points == obj.points);
     EXPECT_TRUE(ply.triangles == obj.triangles);
+}
+
+std::string stl_facet(int vertices) {
+    std::string text = "facet normal 0 0 1\nouter loop\n";
+    for (int v = 0; v < vertices; ++v)
+        text += "vertex " + std::to_string(v % 2) + ' ' + std::to_string(v / 2) + " 0\n";
+    return text + "endloop\nendfacet\n";
+}
+
+TEST_F(ReadMesh, StlMayHaveSeveralSolidsInCapitals) {
+    const std::string first = "solid a SPACE=RAS\n" + stl_facet(3) + "endsolid a\n";
+    std::string second = "solid b\n" + stl_facet(3) + "endsolid b\n";
+    for (char& c : second) c = static_cast<char>(std::toupper(c));
+    for (const std::string& text : {first + second, second + first}) {
+        Space space = Space::none;
+        EXPECT_EQ(read_mesh(write("a.stl", text), &space).triangles.size(), 2u);
+        EXPECT_EQ(space, Space::RAS) << "the other solid states none";
+    }
+    EXPECT_EQ(read_mesh(write("a.stl", second)).triangles.size(), 1u);
+    EXPECT_THROW(read_mesh(write("a.stl", first + second.substr(0, second.find("ENDSOLID")))), InputError);
+}
+
+TEST_F(ReadMesh, RefusesFacetsOfStlThatAreNoTriangles) {
+    for (const auto& [one, other] : {std::pair{4, 2}, {2, 4}, {6, 3}, {3, 6}, {3, 0}})
+        EXPECT_THROW(read_mesh(write("a.stl", "solid\n" + stl_facet(one) + stl_facet(other) + "endsolid\n")),
+                     InputError)
+            << one << " and " << other;
 }
 
 TEST_F(ReadMesh, RefusesFilesThatAreCutOff) {

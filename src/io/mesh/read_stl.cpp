@@ -53,19 +53,30 @@ Mesh read_stl(const FileContent& input, Space& space) {
         check_finite(input, corners);
         return with_shared_points(corners);
     }
-    if (!trimmed(std::string_view(bytes).substr(0, 80)).starts_with("solid"))
+    if (!to_lower(trimmed(std::string_view(bytes).substr(0, 80))).starts_with("solid"))
         input.refuse("is neither a text STL file nor a binary one with the length of its " +
                      std::to_string(count) + " triangles; it may be cut off");
     bool ended = false;
+    std::size_t facets = 0;
+    const auto check_facets = [&] {
+        if (corners.size() != 3 * facets)
+            input.refuse("facet " + std::to_string(facets) + " does not have three vertices");
+    };
     for (std::string_view rest = bytes; !rest.empty();) {
         const std::string_view line = take_line(rest);
         const std::vector<std::string_view> w = split(line);
         if (w.empty()) continue;
-        if (to_lower(w[0]) == "solid") space = stated_space(line);
-        if (to_lower(w[0]) == "endsolid") ended = true;
-        if (to_lower(w[0]) == "vertex") corners.push_back(parse_point(input, w));
+        const std::string keyword = to_lower(w[0]);
+        if (keyword == "solid" && space == Space::none) space = stated_space(line);
+        if (keyword == "facet") {
+            check_facets();
+            ++facets;
+        }
+        if (keyword == "vertex") corners.push_back(parse_point(input, w));
+        if (keyword == "solid" || keyword == "endsolid") ended = keyword == "endsolid";
     }
-    if (!ended || corners.size() % 3 != 0) input.refuse("the text STL file is cut off");
+    if (!ended) input.refuse("the text STL file is cut off");
+    check_facets();
     check_finite(input, corners);
     return with_shared_points(corners);
 }
