@@ -241,6 +241,31 @@ TEST_F(ReadMesh, RefusesFacetsOfStlThatAreNoTriangles) {
             << one << " and " << other;
 }
 
+TEST_F(ReadMesh, RefusesPlyWhoseGeometryIsInAnotherForm) {
+    const auto refusal = [&](const std::string& from, const std::string& to) {
+        std::string text =
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face 1\nproperty list int int vertex_indices\nend_header\n5 0 0\n1 0 0\n0 1 0\n3 0 1 "
+            "2\n";
+        text.replace(text.find(from), from.size(), to);
+        try {
+            EXPECT_EQ(read_mesh(write("a.ply", text)).triangles.size(), 1u);
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    const auto says = [](const std::string& said, const std::string& why) {
+        return said.find(why) != said.npos;
+    };
+    EXPECT_EQ(refusal("element face", "element tristrips 0\nelement face"), "");
+    EXPECT_PRED2(says, refusal("element face", "element tristrips"), "has triangle strips");
+    EXPECT_PRED2(says, refusal("vertex_indices", "corners"), "its faces have no list vertex_indices");
+    EXPECT_PRED2(says, refusal("float y", "float Y"), "its points have no coordinate y");
+    EXPECT_PRED2(says, refusal("float z", "list int float z"), "its points have no coordinate z");
+    EXPECT_PRED2(says, refusal("element vertex", "element point"), "has no points");
+}
+
 TEST_F(ReadMesh, RefusesFilesThatAreCutOff) {
     for (const char* name : {"a.stl", "a.ply", "a.vtp"}) {
         write_mesh(mesh, folder / name);

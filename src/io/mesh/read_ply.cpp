@@ -1,4 +1,5 @@
 // Reads PLY: a text header describes the records after it, which are text or binary.
+#include <algorithm>
 #include <cstring>
 
 #include "io/bytes/stored_samples.h"
@@ -112,14 +113,37 @@ Header parse_header(const FileContent& input, Space& space) {
     return header;
 }
 
+bool is_corners(const Property& property) {
+    return property.count && property.name.starts_with("vertex_ind");
+}
+
+// Refuses a geometry that is described in another way than the one which is read.
+void check_elements(const FileContent& input, const std::vector<Element>& elements) {
+    bool has_points = false;
+    for (const auto& [name, count, properties] : elements) {
+        if (name == "tristrips" && count > 0)
+            input.refuse("has triangle strips, which are not supported; save its triangles as faces");
+        if (name == "face" && count > 0 && std::none_of(properties.begin(), properties.end(), is_corners))
+            input.refuse("its faces have no list vertex_indices");
+        if (name != "vertex") continue;
+        has_points = true;
+        for (const char* axis : {"x", "y", "z"}) {
+            const auto is_coordinate = [&](const Property& p) { return p.name == axis && !p.count; };
+            if (std::none_of(properties.begin(), properties.end(), is_coordinate))
+                input.refuse("its points have no coordinate " + std::string(axis));
+        }
+    }
+    if (!has_points) input.refuse("has no points");
+}
+
 }  // namespace
 
 Mesh read_ply(const FileContent& input, Space& space) {
     const Header header = parse_header(input, space);
+    check_elements(input, header.elements);
     Numbers numbers(input, header.end, header.encoding);
     Mesh mesh;
     std::vector<std::int64_t> corners;
-    bool has_points = false;
     for (const Element& element : header.elements) {
         // An element without properties takes no bytes, so its count can be arbitrarily large.
         for (std::int64_t i = 0; i < (element.properties.empty() ? 0 : element.count); ++i) {
@@ -138,14 +162,12 @@ Mesh read_ply(const FileContent& input, Space& space) {
                     // add_polygon refuses -1.
                     corners.push_back(corner >= 0 && corner < 1e15 ? static_cast<std::int64_t>(corner) : -1);
                 }
-                if (element.name == "face" && property.name.starts_with("vertex_ind"))
+                if (element.name == "face" && is_corners(property))
                     add_polygon(input, corners, mesh.points.size(), mesh);
             }
             if (element.name == "vertex") mesh.points.push_back(point);
         }
-        has_points = has_points || element.name == "vertex";
     }
-    if (!has_points) input.refuse("has no points");
     return mesh;
 }
 
