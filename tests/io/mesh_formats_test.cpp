@@ -1,7 +1,9 @@
 // Files with several surfaces, 3MF and GLB, read by the libraries of other projects.
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <span>
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -18,10 +20,12 @@
 #include <vtkXMLPolyDataReader.h>
 #include <assimp/Importer.hpp>
 
+#include <marrow/error.h>
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 #include <marrow/mesh_io.h>
 
+#include "io/mesh/writer.h"
 #include "support/fields.h"
 #include "support/temporary_folder.h"
 
@@ -143,6 +147,44 @@ TEST(Write3mf, ASurfaceWithoutNameAndColour) {
     EXPECT_EQ(objects[0].name, "");
     ASSERT_EQ(objects[0].points.size(), mesh.points.size());
     EXPECT_EQ(objects[0].points[5], (Vec3f{-mesh.points[5][0], -mesh.points[5][1], mesh.points[5][2]}));
+}
+
+TEST(Write3mf, LeavesOutTrianglesWithTwoEqualCorners) {
+    const TemporaryFolder folder;
+    const Mesh mesh = ball(4, 0);
+    Mesh with_lines = mesh;
+    with_lines.triangles.insert(with_lines.triangles.begin(), {0, 0, 2});
+    for (const Triangle& line : {Triangle{1, 2, 2}, {3, 4, 3}, {5, 5, 5}})
+        with_lines.triangles.push_back(line);
+    write_mesh(with_lines, folder / "a.3mf");
+    const auto objects = read_3mf(folder / "a.3mf");
+    ASSERT_EQ(objects.size(), 1u);
+    EXPECT_TRUE(same_bits(objects[0].points, mesh.points));
+    EXPECT_TRUE(same_bits(objects[0].triangles, mesh.triangles));
+}
+
+// As .glb does, whose schema wants a triangle too.
+TEST(Write3mf, RefusesASurfaceWithoutTriangles) {
+    const TemporaryFolder folder;
+    const Mesh mesh = ball(4, 0);
+    Mesh line = mesh;
+    line.triangles = {{0, 1, 1}};
+    for (const Mesh& bad : {Mesh{}, Mesh{mesh.points, {}, {}}, line}) {
+        EXPECT_THROW(write_meshes(std::array{MeshObject{mesh}, MeshObject{bad}}, folder / "a.3mf"),
+                     InputError);
+    }
+    EXPECT_TRUE(folder.files().empty());
+}
+
+TEST(Write3mf, RefusesMoreThanItsSchemaAllows) {
+    const Vec3f point{};
+    const Triangle triangle{0, 1, 2};
+    // Their elements are not read before their number is checked.
+    const std::span<const Vec3f> points(&point, std::size_t{1} << 31);
+    const std::span<const Triangle> triangles(&triangle, std::size_t{1} << 31);
+    internal::io::MeshOutput nowhere([](const void*, std::size_t) {}, {});
+    for (const MeshView& mesh : {MeshView(points, {&triangle, 1}), MeshView({&point, 1}, triangles)})
+        EXPECT_THROW(internal::io::write_3mf_model(nowhere, std::array{MeshObject{mesh}}), LimitError);
 }
 
 TEST(Write3mf, TheSameBytesEveryTime) {
