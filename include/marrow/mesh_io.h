@@ -141,10 +141,12 @@ struct NamedMesh {
     Mesh mesh;
 };
 
-/// Reads the objects of a file as meshes of their own, in the order of the file: the build items of 3MF, the
-/// nodes of glTF, the objects (o) of OBJ, and the surfaces that write_meshes() puts into .vtp. Objects
-/// without triangles are left out. A file whose objects share points, or do not have them one object after
-/// the other, is one mesh, and so is any other file. \throw as read_mesh
+/// Reads the objects of a file as meshes of their own, in the order of the file: the objects of 3MF that its
+/// build items place, the nodes of glTF, the objects (o) of OBJ, and the surfaces that write_meshes() puts
+/// into .vtp. An item of 3MF that is assembled from components is several meshes, because these are solids
+/// of their own that may overlap. Objects without triangles are left out. A file whose objects share points,
+/// or do not have them one object after the other, is one mesh, and so is any other file.
+/// \throw as read_mesh
 MARROW_EXPORT std::vector<NamedMesh> read_meshes(const std::filesystem::path& input, Space* space = nullptr);
 
 /// Writes a surface in parts, with only one part in memory: .stl and .ply, uncompressed. The file has the

@@ -8,6 +8,7 @@
 #include <marrow/atomic_file.h>
 #include <marrow/error.h>
 #include <marrow/measure.h>
+#include <marrow/mesh_check.h>
 #include <marrow/mesh_io.h>
 
 #include "io/bytes/archive_writer.h"
@@ -156,6 +157,20 @@ TEST_F(Project, ModifiersAndSupportsAreNotPartsOfIt) {
     ASSERT_EQ(mesh.points.size(), 4u);
     EXPECT_TRUE(mesh.points[0] == (Vec3f{5, 0, 0}));
     EXPECT_EQ(read_meshes(path).size(), 1u);
+}
+
+// They may overlap, and would not be sound as one mesh.
+TEST_F(Project, ComponentsAreMeshesOfTheirOwn) {
+    const auto named = [](int id, const std::string& name) {
+        std::string text = object(id, kTetrahedron);
+        return text.insert(text.find(" type="), " name=\"" + name + "\"");
+    };
+    const std::string skull = object(3, components(component(1) + component(2, "1 0 0 0 1 0 0 0 1 5 0 0")));
+    const auto meshes = read_meshes(project(model(named(1, "left") + named(2, "right") + skull, item(3))));
+    ASSERT_EQ(meshes.size(), 2u);
+    EXPECT_EQ(meshes[0].name, "left");
+    EXPECT_EQ(meshes[1].name, "right");
+    for (const NamedMesh& mesh : meshes) EXPECT_TRUE(check_mesh(mesh.mesh).is_sound());
 }
 
 TEST_F(Project, TransformsApplyFromTheInsideOut) {
