@@ -18,8 +18,8 @@ namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
-// Meshes in the folder of a scan may be overwritten. Pictures, tables and DICOM
-// files there may belong to the scan.
+// Meshes in the folder of a scan may be overwritten. Pictures, tables and DICOM files there, or in folders
+// below it, may belong to the scan.
 bool is_of_scan(const fs::path& file, const fs::path& input) {
     std::error_code ignored;
     if (!fs::is_directory(input, ignored)) return fs::equivalent(file, input, ignored);
@@ -27,7 +27,13 @@ bool is_of_scan(const fs::path& file, const fs::path& input) {
     const std::string extension = file.extension().string();
     const bool may_belong_to_scan = extension == ".png" || extension == ".csv" || extension == ".json" ||
                                     extension == ".svg" || extension == ".dcm";
-    return may_belong_to_scan && fs::equivalent(fs::absolute(file, ignored).parent_path(), input, ignored);
+    if (!may_belong_to_scan) return false;
+    const fs::path below = fs::canonical(file, ignored).lexically_relative(fs::canonical(input, ignored));
+    return !below.empty() && *below.begin() != "..";
+}
+
+[[noreturn]] void refuse_overwriting(const fs::path& file) {
+    throw UsageError(fmt::format("'{}' would overwrite the scan: give another output", file.string()));
 }
 
 std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Surface>& surfaces) {
@@ -139,8 +145,16 @@ void check_output(const fs::path& file, const fs::path& input) {
                         missing ? fmt::format("there is no folder '{}'; create it first", folder.string())
                                 : error.message()));
     }
-    if (is_of_scan(file, input))
-        throw UsageError(fmt::format("'{}' would overwrite the scan: give another output", file.string()));
+    if (is_of_scan(file, input)) refuse_overwriting(file);
+}
+
+void check_not_read(const std::vector<Surface>& surfaces, const std::vector<fs::path>& scan_files) {
+    std::error_code ignored;
+    std::set<fs::path> read;
+    for (const fs::path& file : scan_files) read.insert(fs::weakly_canonical(file, ignored));
+    for (const Surface& surface : surfaces) {
+        if (read.contains(fs::weakly_canonical(surface.output, ignored))) refuse_overwriting(surface.output);
+    }
 }
 
 void write_surfaces(const std::vector<Surface>& surfaces, const MeshWriteOptions& options) {

@@ -34,6 +34,10 @@ std::vector<std::filesystem::path> surface_files(const std::filesystem::path& ou
 /// \throw IoError its folder does not exist; UsageError it would overwrite the scan `input` or a file of it
 void check_output(const std::filesystem::path& file, const std::filesystem::path& input);
 
+/// Checks that no surface would be written over a file that the scan was read from. \throw UsageError
+void check_not_read(const std::vector<Surface>& surfaces,
+                    const std::vector<std::filesystem::path>& scan_files);
+
 /// Writes each file once, with all surfaces that share it; no file appears before all are complete.
 /// \throw as write_meshes
 void write_surfaces(const std::vector<Surface>& surfaces, const MeshWriteOptions& options);

@@ -70,6 +70,7 @@ void SurfaceJob::print_warnings() {
 void SurfaceJob::deliver() {
     print_warnings();
     const MeshOutput& output = options_.output;
+    check_not_read(results.surfaces, results.info.series.dicom_files);
     StageSeconds& seconds = results.seconds;
     seconds.write = stage("write", [&](const Progress& progress) {
         write_surfaces(results.surfaces, {.space = output.space,

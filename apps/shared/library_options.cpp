@@ -14,6 +14,7 @@ struct OptionFlag {
 };
 
 constexpr std::array kFlags{
+    // The function that lists series.
     OptionFlag{"inspect_scan", "'marrow info'"},
     // ScanOptions
     OptionFlag{"options.series", "--series"},
@@ -34,8 +35,6 @@ constexpr std::array kFlags{
     OptionFlag{"options.exaggerate", "--exaggerate"},
     OptionFlag{"options.base", "--base"},
     OptionFlag{"options.size", "--size"},
-    // The function that lists series.
-    OptionFlag{"inspect_scan", "'marrow info'"},
 };
 
 bool continues_name(char c) {

@@ -24,7 +24,8 @@ struct SliceSource {
     /// The slices that are stored together, such as in chunks: read() is called with ranges that begin and
     /// end at multiples of it, or at the end of the volume.
     std::int64_t slices_at_once = 1;
-    Rescale rescale = {};  ///< what the samples stand for
+    Rescale rescale = {};        ///< what the samples stand for
+    std::size_t read_bytes = 0;  ///< the most memory that read() takes besides `samples`
 };
 
 /// A part of a surface. Points and triangles are numbered through the whole surface, and each part holds a

@@ -9,9 +9,12 @@
 #include <tbb/parallel_invoke.h>
 #include <tbb/parallel_reduce.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_group.h>
 
 #include <algorithm>
 #include <cstddef>
+
+#include <marrow/error.h>
 
 namespace marrow::internal {
 
@@ -28,26 +31,37 @@ inline int thread_count() {
     return tbb::this_task_arena::max_concurrency();
 }
 
+/// If work around a loop has failed, oneTBB ends the loop early, in silence. What comes after the loop must
+/// not take it for done. The call that failed ignores this exception.
+inline void throw_if_abandoned() {
+    if (tbb::is_current_task_group_canceling()) throw Cancelled();
+}
+
 template <class Index, class F>
 void parallel_for(Index begin, Index end, const F& f) {
     tbb::parallel_for(begin, end, f);
+    throw_if_abandoned();
 }
 
 template <class Index, class F>
 void parallel_for_ranges(Index begin, Index end, std::size_t grain, const F& f) {
     tbb::parallel_for(tbb::blocked_range<Index>(begin, end, grain), f);
+    throw_if_abandoned();
 }
 
 template <class Index, class T, class F, class Join>
 T parallel_reduce(Index begin, Index end, std::size_t grain, const T& identity, const F& f,
                   const Join& join) {
-    return tbb::parallel_deterministic_reduce(tbb::blocked_range<Index>(begin, end, grain), identity, f,
-                                              join);
+    T sum = tbb::parallel_deterministic_reduce(tbb::blocked_range<Index>(begin, end, grain), identity, f,
+                                               join);
+    throw_if_abandoned();
+    return sum;
 }
 
 template <class... F>
 void parallel_invoke(const F&... f) {
     tbb::parallel_invoke(f...);
+    throw_if_abandoned();
 }
 
 template <class F>

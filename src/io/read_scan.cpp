@@ -255,7 +255,7 @@ OpenedScan open_zarr(const fs::path& folder, const ScanOptions& options) {
                                  quoted(folder), count, count - 1, examples(image.volumes));
     if (count > 1) out.volumes = std::move(image.volumes);
     out.load = [=] { return load_zarr(image, options); };
-    out.slices = [=] { return zarr_slices(image); };
+    out.slices = [=] { return zarr_slices(image, options.threads); };
     out.boxes = [=] { return zarr_boxes(image); };
     return out;
 }

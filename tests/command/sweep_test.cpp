@@ -131,6 +131,10 @@ TEST_F(Sweep, DrawsIsovaluesThatAreNeighbouringNumbers) {
                            folder / "near.svg"})
                   .code,
               0);
+    const Outcome outcome =
+        marrow_with({"sweep", scan, "--from", "1", "--to", "1.0000000000000004", "-n", "50"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1 + 3) << outcome.out;
 }
 
 TEST_F(Sweep, RefusesWhatMakesNoSense) {

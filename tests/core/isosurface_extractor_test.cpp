@@ -65,6 +65,18 @@ TEST(Extractor, FiftyIsovaluesInAnyOrderGiveTheSameMeshes) {
     }
 }
 
+// The largest int32 is below 2^31, the float that bounds its block.
+TEST(Extractor, NothingIsInsideAboveTheLargestSample) {
+    const Volume volume = sampled<std::int32_t>(grid(3, 3, 3), [](auto x, auto y, auto z) {
+        return x == 1 && y == 1 && z == 1 ? std::numeric_limits<std::int32_t>::max() : 0;
+    });
+    IsosurfaceExtractor extractor(volume);
+    for (const double isovalue : {1.0, 2147483647.0, 2147483647.5, 2147483648.0, 5e9, 2147483647.0}) {
+        EXPECT_EQ(mesh_hash(extractor.extract(isovalue)), mesh_hash(extract_isosurface(volume, isovalue)))
+            << isovalue;
+    }
+}
+
 TEST(Extractor, PreviewIsTheSurfaceOfEveryNthSample) {
     Random random(7);
     const Volume volume = scan<std::int16_t>(random);

@@ -92,6 +92,18 @@ TEST(Sweep, CountsNonFiniteSamplesAsOutside) {
     expect_as_measured(volume, {1, 5, 9});
 }
 
+// Differences of the largest numbers are no numbers.
+TEST(Sweep, AgreesWithTheMeshesOfTheLargestNumbers) {
+    Random random(8);
+    const auto volume_of = [&]<class T>(T largest) {
+        return sampled<T>(grid(8, 9, 10), [&](auto, auto, auto) {
+            return largest * static_cast<T>(static_cast<double>(random() % 2001) / 1000 - 1);
+        });
+    };
+    expect_as_measured(volume_of(std::numeric_limits<double>::max()), {-1.5e308, 0, 1e308, 1.7e308});
+    expect_as_measured(volume_of(std::numeric_limits<float>::max()), {-3e38, 0, 1e38, 3.3e38});
+}
+
 TEST(Sweep, HollowBallsHaveTwoSurfacesEach) {
     const Volume volume = sampled_in_space<float>(grid(40, 20, 20), [](const Vec3d& p) {
         const auto shell = [&](double x) {

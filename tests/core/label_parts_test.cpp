@@ -132,6 +132,18 @@ TYPED_TEST(LabelParts, HaveTheBytesOfTheWhole) {
     EXPECT_GT(parts, 400u);
 }
 
+TEST(LabelPartsTest, CanBeCancelledWhileTheyAreMerged) {
+    Random random(3);
+    const Volume map =
+        sampled<std::uint8_t>(grid(64, 64, 64), [&](auto, auto, auto) { return random() % 8; });
+    const std::vector parts{extract_label_part(map, {64, 64, 64}, {.relax = 0})};
+    for (int calls = 1; calls <= 60; ++calls) {
+        int left = calls % 7 + 1;
+        EXPECT_THROW(merge_label_parts(parts, {.relax = 0, .progress = [&](double) { return --left > 0; }}),
+                     Cancelled);
+    }
+}
+
 TEST(LabelPartsTest, RefuseWhatCannotGiveTheBytesOfTheWhole) {
     Random random(22);
     const Volume map = sampled<std::uint8_t>(grid(9, 12, 10), [&](auto, auto, auto) { return random() % 3; });

@@ -1,14 +1,18 @@
 // Progress and threads of every function that reports progress.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <set>
 #include <thread>
+#include <vector>
 
 #include <marrow/isosurface.h>
 #include <marrow/isovalue_sweep.h>
 #include <marrow/streaming.h>
 #include <marrow/volume_filters.h>
 
+#include "base/parallel.h"
 #include "support/fields.h"
 
 namespace marrow::test {
@@ -96,6 +100,22 @@ TEST(Parallel, ProgressNeverDecreasesAndEndsAtOne) {
             }
         }
     }
+}
+
+// A loop that returns has done all its work, also where other work around it has failed meanwhile.
+TEST(Parallel, LoopsWithinALoopThatFailsDoNotReturnEarly) {
+    std::atomic<int> incomplete = 0;
+    for (int round = 0; round < 200; ++round) {
+        EXPECT_THROW(internal::parallel_for(0, 16,
+                                            [&](int i) {
+                                                if (i == 11) throw Cancelled();
+                                                std::vector<char> done(4096);
+                                                internal::parallel_for(0, 4096, [&](int k) { done[k] = 1; });
+                                                incomplete += std::count(done.begin(), done.end(), 0) > 0;
+                                            }),
+                     Cancelled);
+    }
+    EXPECT_EQ(incomplete, 0);
 }
 
 TEST(Parallel, OneThreadIsTheCallers) {

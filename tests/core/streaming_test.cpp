@@ -102,6 +102,10 @@ TEST(Streaming, LittleMemoryMakesManySlabsAndTooLittleIsRefused) {
     EXPECT_EQ(refusal(150'000), "limits.memory must be at least 1 MiB for this surface")
         << "a slice of the surface counts too";
     EXPECT_THROW(in_slabs(source_of(volume), 63, {.slices = 0}, {}), InputError);
+    SliceSource source = source_of(volume);
+    source.read_bytes = 1 << 20;
+    EXPECT_THROW(in_slabs(source, 63, {.memory = 400'000}, {}), LimitError);
+    EXPECT_EQ(mesh_hash(in_slabs(source, 63, {.memory = 400'000 + (1 << 20)}, {})), whole);
 }
 
 TEST(Streaming, SlicesThatAreStoredTogetherAreReadTogether) {

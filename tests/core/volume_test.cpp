@@ -61,7 +61,7 @@ TEST(Volume, AViewWithoutSamplesMayBeNull) {
 
 TEST(Volume, EveryFunctionRefusesAViewThatOverlapsOrLeavesTheWhole) {
     const Volume volume = checkerboard(6);
-    std::vector<VolumeView> bad(9, VolumeView(volume));
+    std::vector<VolumeView> bad(11, VolumeView(volume));
     bad[0].pitch = {5, 36};
     bad[1].pitch = {6, 35};
     bad[2].pitch = {-6, 36};
@@ -71,6 +71,10 @@ TEST(Volume, EveryFunctionRefusesAViewThatOverlapsOrLeavesTheWhole) {
     bad[6].above = {0, 0, -1};
     bad[7].first = {std::int64_t{1} << 40, 0, 0};
     bad[8].pitch = {std::int64_t{1} << 60, std::int64_t{1} << 62};
+    // 2^20 rows are 2^64 samples away, or 2^63 by default.
+    bad[9].geometry.dims = bad[10].geometry.dims = {6, (1 << 20) + 1, 2};
+    bad[9].pitch = {std::int64_t{1} << 44, 6};
+    bad[10].pitch = {std::int64_t{1} << 43, 0};
     for (const VolumeView& view : bad) expect_refused_everywhere(view);
     EXPECT_THROW(part_of(volume, {0, 0, 5}, {2, 2, 2}), InputError);
     EXPECT_THROW(part_of(volume, {-1, 0, 0}, {2, 2, 2}), InputError);

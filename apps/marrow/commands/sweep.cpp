@@ -63,7 +63,7 @@ Volume read(const SweepCommandOptions& options, const ProgressReporter& reporter
     return scan;
 }
 
-// Evenly spaced, including both ends.
+// Evenly spaced, including both ends, and fewer where there are not so many numbers between them.
 std::vector<double> choose_isovalues(const SweepCommandOptions& options, const Histogram& samples) {
     if (samples.counts.empty()) throw EmptySurface("the scan has no finite sample, so there is no surface");
     const double from = options.from.value_or(samples.lower), to = options.to.value_or(samples.upper);
@@ -72,8 +72,11 @@ std::vector<double> choose_isovalues(const SweepCommandOptions& options, const H
             fmt::format("there are no isovalues between {:g} and {:g}; samples range from {:g} to {:g}", from,
                         to, samples.lower, samples.upper));
     std::vector<double> isovalues;
-    for (int i = 0; i < options.samples; ++i)
-        isovalues.push_back(from + (to - from) * i / (options.samples - 1));
+    // A double could not hold the difference of the largest numbers.
+    const long double step = (static_cast<long double>(to) - from) / (options.samples - 1);
+    for (int i = 0; i + 1 < options.samples; ++i) isovalues.push_back(static_cast<double>(from + i * step));
+    isovalues.push_back(to);
+    isovalues.erase(std::unique(isovalues.begin(), isovalues.end()), isovalues.end());
     return isovalues;
 }
 

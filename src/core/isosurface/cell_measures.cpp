@@ -78,8 +78,11 @@ class SliceSums {
         for (std::size_t i = 0; i < kSize; i += hn::Lanes(d)) {
             for (std::size_t e = 0; e < kCellEdges; ++e) {
                 if ((c.crossed >> e & 1) == 0) continue;
-                const auto from = hn::Load(d, batch.corner[kEdgeCorners[e][0]] + i);
-                const auto difference = hn::Sub(from, hn::Load(d, batch.corner[kEdgeCorners[e][1]] + i));
+                // Halved, as the difference of the largest numbers is none.
+                const auto corner = [&](std::size_t end) {
+                    return hn::Mul(half, hn::Load(d, batch.corner[kEdgeCorners[e][end]] + i));
+                };
+                const auto from = corner(0), difference = hn::Sub(from, corner(1));
                 // As edge_fraction: if one end has no value, the point is in the middle.
                 const auto t = hn::Div(from, difference);
                 const auto usable = hn::And(hn::Le(hn::Abs(difference), most), hn::Eq(t, t));

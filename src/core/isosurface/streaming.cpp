@@ -121,7 +121,7 @@ struct Slabs {
           to_physical(window.volume()),
           most_slices(limits.slices.value_or(window.bits().nz)),
           sink_bytes_per_point(sink.bytes_per_point),
-          fixed(fixed_memory(limits.reserved)),
+          fixed(fixed_memory(limits.reserved + source.read_bytes)),
           memory(limits.memory - std::min(limits.memory, fixed)) {
         check_memory(0);
         if (options.topology) ambiguous.emplace(window.volume(), isovalue, to_physical, window.bits());
@@ -147,10 +147,11 @@ struct Slabs {
     // \throw LimitError a slab of one slice, with so many bytes of output, does not fit
     void check_memory(std::size_t output) const {
         const std::size_t least = static_cast<std::size_t>(halo + 1) * window.bytes_per_slice() + output;
-        if (memory < least)
-            throw LimitError("limits.memory must be at least " + std::to_string(((fixed + least) >> 20) + 1) +
-                             " MiB for this " +
-                             (output > 0 ? "surface" : "volume, and more for its surface"));
+        if (memory >= least) return;
+        std::size_t all = fixed + least;
+        if (!huge_pages && all >= kLeastForHugePages) all += kRounding;  // with so much, pages would be huge
+        throw LimitError("limits.memory must be at least " + std::to_string((all >> 20) + 1) +
+                         " MiB for this " + (output > 0 ? "surface" : "volume, and more for its surface"));
     }
 
   private:

@@ -216,6 +216,13 @@ void reclassify(const Slice<T>& slice, double from, double to, T threshold, Bloc
         });
 }
 
+// Makes all samples of a slice outside.
+template <class T>
+void clear(const Slice<T>& slice) {
+    for (std::int64_t y = 0; y < slice.ny; ++y)
+        std::fill_n(slice.words(y), slice.word_count(), std::uint64_t{0});
+}
+
 std::int64_t classify_any(const VolumeView& volume, double isovalue, std::int64_t z, InsideBits& bits,
                           BlockRanges* ranges) {
     return visit_sample_type(volume.type, [&](auto sample) -> std::int64_t {
@@ -227,10 +234,7 @@ std::int64_t classify_any(const VolumeView& volume, double isovalue, std::int64_
         const std::int64_t non_finite = ranges != nullptr
                                             ? classify_with_ranges(slice, lowest_inside, *ranges)
                                             : classify(slice, lowest_inside);
-        if (!threshold) {
-            for (std::int64_t y = 0; y < slice.ny; ++y)
-                std::fill_n(slice.words(y), slice.word_count(), std::uint64_t{0});
-        }
+        if (!threshold) clear(slice);
         return non_finite;
     });
 }
@@ -239,9 +243,12 @@ void reclassify_any(const VolumeView& volume, double from, double to, std::int64
                     BlockRanges& ranges) {
     visit_sample_type(volume.type, [&](auto sample) {
         using T = decltype(sample);
-        // If no T is inside, no block is mixed either, and the threshold is not used.
-        const T threshold = inside_threshold<T>(to).value_or(std::numeric_limits<T>::max());
-        reclassify(Slice<T>(volume, z, bits), from, to, threshold, ranges);
+        const Slice<T> slice(volume, z, bits);
+        // The ranges of blocks are rounded, so they may reach an isovalue that is above every T.
+        if (const auto threshold = inside_threshold<T>(to))
+            reclassify(slice, from, to, *threshold, ranges);
+        else
+            clear(slice);
     });
 }
 

@@ -170,11 +170,11 @@ void relax(SurfaceNet& net, int passes, const Progress& progress) {
     PointBuffers points = make_point_buffers(net);
     const std::vector<SliceStencils> stencils = make_stencils(net);
 
-    constexpr int kTogether = PassScheduler::kPassesTogether;
+    constexpr std::int64_t kTogether = PassScheduler::kPassesTogether;
     const PassScheduler scheduler(net.bits.cell_slices());
     Stage stage(progress, 0, 1, static_cast<std::size_t>((passes + kTogether - 1) / kTogether));
-    for (int first = 0; first < passes; first += kTogether) {
-        scheduler.run(std::min(kTogether, passes - first), [&](std::int64_t k, int pass) {
+    for (std::int64_t first = 0; first < passes; first += kTogether) {
+        scheduler.run(static_cast<int>(std::min(kTogether, passes - first)), [&](std::int64_t k, int pass) {
             const auto parity = static_cast<std::size_t>((first + pass) % 2);
             HWY_DYNAMIC_DISPATCH(relax_slice)
             (stencils[static_cast<std::size_t>(k)], tables[parity], points[parity].data(),

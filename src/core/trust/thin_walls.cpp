@@ -14,10 +14,10 @@
 #include <marrow/trust.h>
 #include <marrow/volume_filters.h>
 
+#include "base/all_finite.h"
 #include "base/disjoint_sets.h"
 #include "base/parallel.h"
 #include "core/volume/checks.h"
-#include "mesh/connectivity/check_mesh.h"
 #include "peaks.h"
 #include "ridges.h"
 #include "sample_mask.h"
@@ -268,7 +268,8 @@ void restore(const VolumeView& volume, double isovalue, const RidgeSample& ridge
 ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView surface,
                           const ThinWallOptions& options) {
     check_volume(volume);
-    check_coordinates(surface.points);
+    if (!all_finite(surface.points))
+        throw InputError("thin walls: a coordinate of the surface is NaN or infinite");
     const double sample_isovalue = checked_isovalue(isovalue, volume.rescale);
     if (volume.geometry.sample_count() == 0) return {};
     const double noise =

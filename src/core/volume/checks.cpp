@@ -26,9 +26,15 @@ void check_extent(const VolumeView& volume) {
     }
     check_geometry(whole);
     constexpr std::int64_t kMostPitch = std::int64_t{1} << 56;
-    const std::int64_t row = volume.row_pitch(), slice = volume.slice_pitch();
-    if (row > kMostPitch || slice > kMostPitch / std::max<std::int64_t>(extent[2], 1))
-        throw InputError("volume: a pitch is out of range");
+    // Before slice_pitch() multiplies the pitch of rows.
+    const auto check_pitch = [&](std::int64_t pitch, std::int64_t count) {
+        if (pitch > kMostPitch / std::max<std::int64_t>(count, 1))
+            throw InputError("volume: a pitch is out of range");
+    };
+    const std::int64_t row = volume.row_pitch();
+    check_pitch(row, extent[1]);
+    const std::int64_t slice = volume.slice_pitch();
+    check_pitch(slice, extent[2]);
     const bool rows_overlap = extent[1] > 1 && row < extent[0];
     const bool slices_overlap =
         extent[2] > 1 && slice < (extent[1] - 1) * std::max<std::int64_t>(row, 0) + extent[0];

@@ -1,6 +1,5 @@
 // Writes mesh files by the writer of their format.
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +8,7 @@
 #include <marrow/mesh_io.h>
 #include <marrow/normals.h>
 
+#include "base/all_finite.h"
 #include "io/bytes/archive_writer.h"
 #include "io/bytes/text.h"
 #include "io/dicom/encapsulated_stl.h"
@@ -66,11 +66,7 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
             if (std::max({t[0], t[1], t[2]}) >= mesh.points.size())
                 refuse("a triangle of the mesh names a missing point");
         }
-        const auto is_finite = [](const Vec3f& p) {
-            return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
-        };
-        if (!std::all_of(mesh.points.begin(), mesh.points.end(), is_finite))
-            refuse("a coordinate of the mesh is NaN or infinite");
+        if (!internal::all_finite(mesh.points)) refuse("a coordinate of the mesh is NaN or infinite");
         check_point_data(object, refuse);
     }
 }

@@ -364,6 +364,12 @@ void read_slices(const ZarrImage& image, std::int64_t z_begin, std::int64_t z_en
     read_box(image, {0, 0, z_begin}, {dims[0], dims[1], z_end - z_begin}, to, done);
 }
 
+std::size_t chunk_bytes(const ZarrArray& array) {
+    std::size_t bytes = stored_size(array.type);
+    for (const std::int64_t size : array.chunk) bytes *= static_cast<std::size_t>(size);
+    return bytes;
+}
+
 // Slices that are in the same chunks.
 std::int64_t slices_at_once(const ZarrImage& image) {
     return image.array.chunk[image.array.shape.size() - 3];
@@ -403,15 +409,30 @@ Volume load_zarr(const ZarrImage& image, const ScanOptions& options) {
     return volume;
 }
 
-SliceSource zarr_slices(ZarrImage image) {
+SliceSource zarr_slices(ZarrImage image, int threads) {
     check_geometry(image.geometry);
     const Geometry geometry = image.geometry;
     const SampleType type = loaded_type(image);
     const std::int64_t together = slices_at_once(image);
-    const auto read = [image = std::move(image)](std::int64_t z_begin, std::int64_t z_end, void* samples) {
-        read_slices(image, z_begin, z_end, samples, [] {});
+    const std::size_t slice_samples = static_cast<std::size_t>(geometry.dims[0] * geometry.dims[1]),
+                      slice_bytes = slice_samples * sample_size(type);
+    const bool as_stored = is_loaded_as_stored(image.array.type, {});
+    // Each thread holds a chunk as it is stored and as it is decoded. Samples of another type are converted a
+    // layer of chunks at a time.
+    const int most = thread_count(), reading = threads > 0 ? std::min(threads, most) : most;
+    std::size_t read_bytes = static_cast<std::size_t>(reading) * 2 * chunk_bytes(image.array);
+    if (!as_stored)
+        read_bytes += static_cast<std::size_t>(std::min(together, geometry.dims[2])) * slice_samples *
+                      stored_size(image.array.type);
+    const auto read = [=, image = std::move(image)](std::int64_t z_begin, std::int64_t z_end, void* samples) {
+        const std::int64_t step = as_stored ? z_end - z_begin : together;
+        for (std::int64_t z = z_begin; z < z_end; z += step)
+            read_slices(
+                image, z, std::min(z + step, z_end),
+                static_cast<std::byte*>(samples) + slice_bytes * static_cast<std::size_t>(z - z_begin),
+                [] {});
     };
-    return {geometry, type, read, together};
+    return {geometry, type, read, together, {}, read_bytes};
 }
 
 BoxSource zarr_boxes(ZarrImage image) {

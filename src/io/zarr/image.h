@@ -38,8 +38,8 @@ SampleType loaded_type(const ZarrImage& image);
 /// Reads the samples. \throw the errors of read_zarr; LimitError; Cancelled
 Volume load_zarr(const ZarrImage& image, const ScanOptions& options);
 
-/// Reads the same samples slice by slice.
-SliceSource zarr_slices(ZarrImage image);
+/// Reads the same samples slice by slice. `threads`: as ScanOptions::threads
+SliceSource zarr_slices(ZarrImage image, int threads);
 
 /// Reads boxes of the same samples.
 BoxSource zarr_boxes(ZarrImage image);

@@ -1,12 +1,13 @@
 /// The checks that functions on meshes begin with.
 #pragma once
 
-#include <cmath>
 #include <span>
 #include <string>
 
 #include <marrow/error.h>
 #include <marrow/mesh.h>
+
+#include "base/all_finite.h"
 
 namespace marrow::internal {
 
@@ -30,9 +31,7 @@ inline void check_indices(const MeshView& mesh) {
 
 /// \throw InputError if a coordinate is NaN or infinite
 inline void check_coordinates(std::span<const Vec3f> points) {
-    bool all = true;  // without a branch, too
-    for (const Vec3f& p : points) all &= std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
-    if (!all) throw InputError("mesh: a coordinate is NaN or infinite");
+    if (!all_finite(points)) throw InputError("mesh: a coordinate is NaN or infinite");
 }
 
 }  // namespace marrow::internal
