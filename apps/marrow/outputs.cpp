@@ -18,18 +18,21 @@ namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
-// Meshes in the folder of a scan may be overwritten. Pictures, tables and DICOM files there, or in folders
-// below it, may belong to the scan.
+// Meshes in the folder of a scan may be overwritten. Pictures, tables and DICOM files there may belong to the
+// scan, and so may DICOM files and metadata of Zarr in folders below it.
 bool is_of_scan(const fs::path& file, const fs::path& input) {
     std::error_code ignored;
     if (!fs::is_directory(input, ignored)) return fs::equivalent(file, input, ignored);
     if (!fs::exists(file, ignored)) return false;
     const std::string extension = file.extension().string();
-    const bool may_belong_to_scan = extension == ".png" || extension == ".csv" || extension == ".json" ||
-                                    extension == ".svg" || extension == ".dcm";
-    if (!may_belong_to_scan) return false;
-    const fs::path below = fs::canonical(file, ignored).lexically_relative(fs::canonical(input, ignored));
-    return !below.empty() && *below.begin() != "..";
+    const bool may_belong_below = extension == ".dcm" || file.filename() == "zarr.json";
+    const bool may_belong = may_belong_below || extension == ".png" || extension == ".csv" ||
+                            extension == ".json" || extension == ".svg";
+    // A link belongs to the folder that it is in.
+    const fs::path folder = fs::canonical(fs::absolute(file, ignored).parent_path(), ignored),
+                   from_scan = folder.lexically_relative(fs::canonical(input, ignored));
+    if (from_scan == ".") return may_belong;
+    return may_belong_below && !from_scan.empty() && *from_scan.begin() != "..";
 }
 
 [[noreturn]] void refuse_overwriting(const fs::path& file) {

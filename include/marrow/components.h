@@ -23,8 +23,9 @@ struct ComponentOptions {
 /// triangle uses are dropped.
 ///
 /// A component is a set of triangles that are connected through shared points. A closed component that faces
-/// inward is a cavity. It belongs to the smallest component around it, and `count` drops it together with
-/// that one. An open component encloses no volume, so `min_volume` and `cavities` do not apply to it.
+/// inward is a cavity. It belongs to the smallest closed component around it, or to the open one that a ray
+/// from it leaves first, and `count` drops it together with that one. If there is none, it stays. An open
+/// component encloses no volume, so `min_volume` and `cavities` do not apply to it.
 /// `{.count = 1, .cavities = false}` returns the largest component alone.
 ///
 /// Takes nearly linear time. \throw InputError if `count` is below 1, if `min_volume` is negative or NaN, or

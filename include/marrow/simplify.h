@@ -40,7 +40,7 @@ struct SimplifyStats {
 /// it is within the limit everywhere. Without `max_error` and `stats` it measures nothing, which is faster.
 ///
 /// \throw InputError if `triangles` is negative, if `max_error` is not positive, if a triangle has an index
-/// out of range, if a coordinate is not finite, or if the mesh is wider than 1e9 mm
+/// out of range, or if a coordinate is not finite
 /// \throw LimitError if the mesh has 2^30 triangles or more
 /// \throw Cancelled if `progress` returns false
 MARROW_EXPORT Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats = nullptr);

@@ -61,9 +61,10 @@ struct TerrainInfo {
 /// height; an open surface ends there. The mesh is empty if the surface is open and no four adjacent samples
 /// have heights.
 ///
-/// \throw IoError the file is missing or unreadable; InputError it is not an elevation raster, has no height
-/// or one of more than 2^40 samples, or an option is out of range; GeometryError it has no georeference and
-/// TerrainOptions::cell is not set; LimitError more than 2^32 - 1 points or 16000 layers; Cancelled
+/// \throw IoError the file is missing or unreadable; InputError it is not an elevation raster, has no
+/// heights, or heights of more than 2^40 layers, or an option is out of range; GeometryError it has no
+/// georeference and TerrainOptions::cell is not set; LimitError more than 2^32 - 1 points or 16000 layers;
+/// Cancelled
 MARROW_EXPORT Mesh extract_terrain(const std::filesystem::path& raster, const TerrainOptions& options = {},
                                    TerrainInfo* info = nullptr);
 

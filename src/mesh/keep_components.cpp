@@ -88,15 +88,14 @@ Mesh copy_components(const MeshView& mesh, const Components& components, const s
 // Returns the smallest component around a cavity, or kNone. A ray from the cavity crosses each closed
 // component around it an odd number of times. It may leave an open one where that has no triangles, so the
 // first crossing says whether the cavity is inside.
-std::uint32_t component_around(const Component& cavity, const MeshView& mesh, const Components& components,
-                               const TriangleTree& tree) {
+std::uint32_t component_along(const Vec3d& direction, const Component& cavity, const MeshView& mesh,
+                              const Components& components, const TriangleTree& tree) {
     struct Crossings {
         int count = 0;
         double first = std::numeric_limits<double>::infinity();
         bool leaves = false;
     };
     const Vec3d origin = centroid(corners_of(mesh, mesh.triangles[cavity.first_triangle]));
-    const Vec3d direction{0.8361, 0.4227, 0.3498};  // not parallel to edges of the sampling grid
     std::map<std::uint32_t, Crossings> crossings;
     tree.for_each_hit(origin, direction, std::numeric_limits<double>::infinity(),
                       [&](double distance, std::uint32_t t) {
@@ -118,6 +117,15 @@ std::uint32_t component_around(const Component& cavity, const MeshView& mesh, co
             open = index;
     }
     return closed != Components::kNone ? closed : open;
+}
+
+std::uint32_t component_around(const Component& cavity, const MeshView& mesh, const Components& components,
+                               const TriangleTree& tree) {
+    const Vec3d direction{0.8361, 0.4227, 0.3498};  // not parallel to edges of the sampling grid
+    const std::uint32_t around = component_along(direction, cavity, mesh, components, tree);
+    // The ray may have left through the opening; the opposite one need not.
+    return around != Components::kNone ? around
+                                       : component_along(-1.0 * direction, cavity, mesh, components, tree);
 }
 
 // Of the components marked in `keep`, keeps the `count` largest that are not cavities, and their cavities. A

@@ -85,14 +85,15 @@ struct Unit {
     std::string_view names;  // each between bars, in lower case and without what is not a letter
     double metres;
 };
+constexpr double kFoot = 0.3048, kSurveyFoot = 1200.0 / 3937;
 constexpr Unit kUnits[] = {
     {"|m|metre|metres|meter|meters|", 1},
     {"|mm|millimetre|millimetres|millimeter|millimeters|", 0.001},
     {"|cm|centimetre|centimetres|centimeter|centimeters|", 0.01},
     {"|dm|decimetre|decimetres|decimeter|decimeters|", 0.1},
     {"|km|kilometre|kilometres|kilometer|kilometers|", 1000},
-    {"|ft|foot|feet|internationalfoot|internationalfeet|", 0.3048},
-    {"|usft|ftus|usfoot|footus|usfeet|surveyfoot|surveyfeet|ussurveyfoot|ussurveyfeet|", 1200.0 / 3937}};
+    {"|ft|foot|feet|internationalfoot|internationalfeet|", kFoot},
+    {"|usft|ftus|usfoot|footus|usfeet|surveyfoot|surveyfeet|ussurveyfoot|ussurveyfeet|", kSurveyFoot}};
 
 // The metres of a unit, which programs write as "US survey foot", "us-ft" or "Foot_US". No value if it is
 // unknown.
@@ -106,6 +107,9 @@ std::optional<double> metres_of(std::string_view unit) {
     for (const Unit& known : kUnits) {
         if (known.names.find(name) != known.names.npos) return known.metres;
     }
+    // Other names, such as "feet (international)" and "US survey ft".
+    if (name.find("survey") != name.npos) return kSurveyFoot;
+    if (name.find("foot") != name.npos || name.find("feet") != name.npos) return kFoot;
     return {};
 }
 

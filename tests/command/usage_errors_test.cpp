@@ -60,6 +60,19 @@ TEST_F(Mistake, NeverReplacesASliceByAPictureOrAScanByAPlot) {
                   .code,
               kUsage);
     EXPECT_EQ(read_file(folder / "stack" / "1.png"), "a slice");
+    // A link belongs to the folder that it is in, and what is in a folder below is no slice.
+    std::filesystem::create_directory(folder / "store");
+    write_file(folder / "store" / "2.png", "a slice");
+    std::filesystem::create_symlink("../store/2.png", folder / "stack" / "2.png");
+    std::filesystem::create_directory(folder / "stack" / "out");
+    write_file(folder / "stack" / "out" / "plot.png", "an earlier plot");
+    const auto plot = [&](const std::filesystem::path& file) {
+        return marrow_with({"sweep", folder / "stack", "--spacing", "1,1,1", "--plot", file}).err;
+    };
+    EXPECT_NE(plot(folder / "stack" / "2.png").find("would overwrite the scan"), std::string::npos);
+    EXPECT_EQ(plot(folder / "stack" / "out" / "plot.png").find("would overwrite the scan"),
+              std::string::npos);
+    EXPECT_EQ(read_file(folder / "store" / "2.png"), "a slice");
     std::filesystem::copy_file(scan, folder / "scan.svg");
     EXPECT_EQ(marrow_with({"sweep", folder / "scan.svg", "--plot", folder / "scan.svg"}).code, kUsage);
     EXPECT_EQ(read_file(folder / "scan.svg"), read_file(scan));

@@ -218,6 +218,8 @@ TEST(ReadMetaImage, DataMayBeInOtherFiles) {
     contains(refusal<InputError>(write_file(folder / "m.mha",
                                             metaimage(space + "HeaderSize = 9223372036854775807\n") + data)),
              "truncated");
+    contains(refusal<InputError>(write_file(folder / "m.mha", metaimage(space + "HeaderSize = 10\n") + data)),
+             "within the header");
 }
 
 TEST(ReadVolume, DataOutsideTheHeadersFolderAreRefused) {
@@ -229,8 +231,9 @@ TEST(ReadVolume, DataOutsideTheHeadersFolderAreRefused) {
     for (const std::string& name : {"../secret.raw"s, outside.string(), "sub/../../secret.raw"s, "link.raw"s,
                                     "linked/secret.raw"s, "linked/missing.raw"s}) {
         SCOPED_TRACE(name);
-        const std::string why = name.starts_with("link") ? "a symbolic link that leaves the header's folder"
-                                                         : "not in the header's folder";
+        const std::string why = name.starts_with("link")
+                                    ? "leads out of the header's folder by a symbolic link"
+                                    : "not in the header's folder";
         contains(refusal<InputError>(
                      write_file(folder / "in/n.nhdr", nrrd("spacings: 1 1 1\ndata file: " + name + "\n"))),
                  why);

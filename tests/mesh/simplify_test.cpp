@@ -151,16 +151,20 @@ TEST(Simplify, WithoutLimitsGoesOnUntilNoEdgeCanBeCollapsed) {
 // A power of two changes no bit of a coordinate but its exponent.
 TEST(Simplify, DoesTheSameInAnyUnitOfLength) {
     const Mesh mesh = ball(8);
-    const Mesh reduced = simplify(mesh, {.triangles = 200});
-    for (const int power : {-20, 20}) {
+    SimplifyStats stats, scaled_stats;
+    const Mesh reduced = simplify(mesh, {.triangles = 200, .max_error = 0.5}, &stats);
+    for (const int power : {-20, 20, 40, 120}) {
         Mesh scaled = mesh;
         for (Vec3f& p : scaled.points)
             for (float& x : p) x = std::ldexp(x, power);
-        Mesh result = simplify(scaled, {.triangles = 200});
+        Mesh result =
+            simplify(scaled, {.triangles = 200, .max_error = std::ldexp(0.5, power)}, &scaled_stats);
         for (Vec3f& p : result.points)
             for (float& x : p) x = std::ldexp(x, -power);
         EXPECT_TRUE(result.points == reduced.points);
         EXPECT_TRUE(result.triangles == reduced.triangles);
+        EXPECT_EQ(std::ldexp(scaled_stats.deviation.max, -power), stats.deviation.max);
+        EXPECT_EQ(std::ldexp(scaled_stats.deviation.mean, -power), stats.deviation.mean);
     }
 }
 
@@ -169,7 +173,7 @@ TEST(Simplify, RejectsInvalidInputAndCanBeCancelled) {
     EXPECT_THROW(simplify(mesh, {.triangles = -1}), InputError);
     EXPECT_THROW(simplify(mesh, {.max_error = 0}), InputError);
     EXPECT_THROW(simplify(mesh, {.max_error = std::nan("")}), InputError);
-    for (const float x : {std::nanf(""), INFINITY, 1e20f}) {
+    for (const float x : {std::nanf(""), INFINITY}) {
         Mesh wrong = mesh;
         wrong.points[3][2] = x;
         EXPECT_THROW(simplify(wrong, {.triangles = 9}), InputError);

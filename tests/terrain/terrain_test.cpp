@@ -314,8 +314,9 @@ TEST(Terrain, InAnyUnitBecomesMetres) {
     expect_metres("cm", 0.01);
     expect_metres("decimetre", 0.1);
     expect_metres("km", 1000);
-    for (const char* unit : {"ft", "foot", "Feet", "International Foot"}) expect_metres(unit, 0.3048);
-    for (const char* unit : {"US survey foot", "ftUS", "us-ft", "Foot_US"})
+    for (const char* unit : {"ft", "foot", "Feet", "International Foot", "Foot (International)"})
+        expect_metres(unit, 0.3048);
+    for (const char* unit : {"US survey foot", "ftUS", "us-ft", "Foot_US", "US survey ft"})
         expect_metres(unit, 1200.0 / 3937);
     expect_metres("fathom", 1, 1);
     EXPECT_NE(info.warnings.at(0).find("'fathom'"), std::string::npos);

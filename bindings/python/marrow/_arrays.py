@@ -71,9 +71,9 @@ def as_samples_of(source: Any, shape: Sequence[int], dtype: np.dtype[Any], name:
     samples = as_samples(as_array(source))
     if samples.shape != tuple(shape):
         raise InputError(f"{name} has the shape {samples.shape} instead of {tuple(shape)}")
-    if samples.dtype != dtype:
+    if not np.can_cast(samples.dtype, dtype, "safe"):
         raise InputError(
             f"{name} has samples of type {samples.dtype}, and the array's dtype promises {dtype}: "
             "give an array whose dtype is that of its slices"
         )
-    return samples
+    return samples.astype(dtype, copy=False)

@@ -134,7 +134,7 @@ def marching_cubes(
     distances = [float(distance) * int(step_size) for distance in spacing]
     inside = None if mask is None else _in_array_order(_mask(mask, array.shape, closed, snap)[steps], distances)
 
-    def extract(samples: NDArray[Any]) -> tuple[MarchingCubes, bool]:
+    def extract(samples: NDArray[Any], progress: Optional[Progress]) -> tuple[MarchingCubes, bool]:
         verts, faces, normals, values, all_finite = _marrow.marching_cubes(
             _in_array_order(samples[steps], distances),
             isovalue,
@@ -148,9 +148,11 @@ def marching_cubes(
         )
         return MarchingCubes(verts, faces, normals, values), all_finite
 
-    result, all_finite = extract(array)
+    result, all_finite = extract(array, progress)
     if not all_finite and any(np.isinf(part).any() for part in array):
-        result, _ = extract(_with_numbers_for_infinity(array))
+        # The fraction stays at 1, as it must not go back.
+        again = progress and (lambda fraction: progress(1.0))
+        result, _ = extract(_with_numbers_for_infinity(array), again)
     if len(result.verts) == 0:
         _raise_for_range(array, level)
         raise EmptySurface("there is no surface at this level")

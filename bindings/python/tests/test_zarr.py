@@ -262,7 +262,7 @@ def test_axes_may_state_where_they_run_in_the_body(tmp_path):
     assert np.allclose(volume.affine[:3, :3], np.diag([-1, -1, 1]))
     sagittal = read(["right-to-left", "superior-to-inferior", "anterior-to-posterior"])
     assert np.allclose(sagittal.affine[:3] @ [1, 2, 3, 1], [7 + 3, 3 + 1, -5 - 2])
-    for orientations in (["inferior-to-superior"], ["ventral-to-dorsal"] * 3):
+    for orientations in (["inferior-to-superior"], ["ventral-to-dorsal"] * 3, [None] * 3):
         volume = read(orientations)
         assert np.allclose(volume.affine[:3, :3], np.eye(3)) and "orientation" in volume.warnings[0]
     with pytest.raises(marrow.InputError, match="two axes"):

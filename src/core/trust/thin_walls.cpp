@@ -314,10 +314,10 @@ std::vector<bool> near_thin_walls(const VolumeView& volume, const ThinWalls& wal
     mask.dilate();
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Vec3d index = to_index * (to_double(points[i]) - geometry.origin);
-        bool beside_volume = true;  // and finite
+        bool near_volume = true;  // NaN is not
         for (std::size_t a = 0; a < 3; ++a)
-            beside_volume &= index[a] >= -1 && index[a] <= static_cast<double>(geometry.dims[a]);
-        near[i] = beside_volume && mask.has_any(samples_at(index, geometry.dims));
+            near_volume &= index[a] >= -1 && index[a] <= static_cast<double>(geometry.dims[a]);
+        near[i] = near_volume && mask.has_any(samples_at(index, geometry.dims));
     }
     return near;
 }

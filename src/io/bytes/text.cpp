@@ -136,10 +136,10 @@ std::filesystem::path sibling_path(const std::filesystem::path& header, std::str
     if (!is_within(named))
         fail<InputError>(header, "its data file {} is not in the header's folder; put both into one folder",
                          quoted(name));
-    if (error || !is_within(real_file.lexically_relative(real_folder)))
+    if (error) fail<IoError>(header, "its data file {} cannot be found: {}", quoted(name), error.message());
+    if (!is_within(real_file.lexically_relative(real_folder)))
         fail<InputError>(header,
-                         "its data file {} is a symbolic link that leaves the header's folder; put a copy "
-                         "of the file there",
+                         "{} leads out of the header's folder by a symbolic link; put what it links to there",
                          quoted(name));
     return folder / named;
 }

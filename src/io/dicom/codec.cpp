@@ -62,6 +62,13 @@ std::vector<char> decode_run_lengths(std::string_view stream, std::size_t area, 
 constexpr const char* kRunLengths = "1.2.840.10008.1.2.5";
 constexpr std::array kJpeg = {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51", "1.2.840.10008.1.2.4.53",
                               "1.2.840.10008.1.2.4.55", "1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"};
+constexpr std::array kLossless = {kRunLengths,
+                                  "1.2.840.10008.1.2.4.57",
+                                  "1.2.840.10008.1.2.4.70",
+                                  "1.2.840.10008.1.2.4.80",
+                                  "1.2.840.10008.1.2.4.90",
+                                  "1.2.840.10008.1.2.4.201",
+                                  "1.2.840.10008.1.2.4.202"};
 constexpr std::array kJpegLs = {"1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81"};
 constexpr std::array kJpeg2000 = {"1.2.840.10008.1.2.4.90", "1.2.840.10008.1.2.4.91"};
 constexpr std::array kHighThroughput = {"1.2.840.10008.1.2.4.201", "1.2.840.10008.1.2.4.202",
@@ -83,6 +90,10 @@ double most_inflation(const std::string& uid) {
     if (is_one_of(kJpeg, uid)) return 1024;                         // one bit for a block of 64 samples
     if (is_one_of(kJpegLs, uid) || is_jpeg2000(uid)) return 20000;  // an empty slice takes almost no bytes
     return 0;
+}
+
+bool is_lossless(const std::string& uid) {
+    return is_one_of(kLossless, uid);
 }
 
 DecodedFrame decode_frame(const std::string& syntax_uid, std::string_view stream, std::int64_t columns,

@@ -12,6 +12,9 @@ namespace marrow::internal::io {
 /// not support the syntax.
 double most_inflation(const std::string& uid);
 
+/// Whether a compressed transfer syntax always keeps the samples as they are.
+bool is_lossless(const std::string& uid);
+
 /// Pixel cells of one, two or four bytes, little-endian. The lowest `bits` bits of a cell hold the sample.
 struct DecodedFrame {
     std::vector<char> cells;

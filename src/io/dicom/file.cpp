@@ -380,8 +380,10 @@ void decode_compressed(const DicomFile& file, const ParsedDicom& parsed, Buffer<
         const DecodedFrame frame =
             decode_frame(file.transfer_syntax, streams[i], file.tiles * file.columns, file.tiles * file.rows,
                          file.bits_allocated, file.bits_stored);
-        // Some encoders state all bits of a cell, also those above the stored ones.
-        const int bits = std::min(frame.bits, file.bits_stored);
+        // Some encoders state all bits of a cell, also those above the sign. Lossy samples may exceed the
+        // stored bits by a little.
+        const bool ends_at_sign = file.is_signed && is_lossless(file.transfer_syntax);
+        const int bits = ends_at_sign ? std::min(frame.bits, file.bits_stored) : frame.bits;
         unpack_cells(frame.cells.data(), area, frame.cell_size, bits, bits - 1, file.is_signed,
                      out.data() + i * area);
         step(1 / static_cast<double>(frames));

@@ -81,8 +81,10 @@ std::string with_all_frequencies(std::string_view stream, Segments& segments) {
     }
     const auto range = static_cast<std::size_t>(3 + 2 * segments.at(2));
     if (segments.word_at(0) != static_cast<int>(range) + 3) throw kDamaged;
+    const std::size_t at = segments.offset() + range;
+    if (stream.size() < at + 3) throw kDamaged;
     std::string out(stream);
-    out.replace(segments.offset() + range, 3, std::string{0, 63, 0});
+    out.replace(at, 3, std::string{0, 63, 0});
     return out;
 }
 

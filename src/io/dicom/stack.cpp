@@ -310,11 +310,10 @@ std::vector<std::string> check_numbers(const DicomStack& stack) {
         growths.push_back(*file.instance - *before.instance);
     }
     std::vector<std::string> warnings = {
-        numbered || stack.first().frames.size() == slices.size()
-            ? "the slices have no position; they are stacked by number, and the volume may be mirrored"
-            : "the slices have neither position nor number; they are stacked by the names of their files, "
-              "and "
-              "the volume may be mirrored"};
+        fmt::format("the slices have {}, and the volume may be mirrored",
+                    numbered || stack.first().frames.size() == slices.size()
+                        ? "no position; they are stacked by number"
+                        : "neither position nor number; they are stacked by the names of their files")};
     if (growths.size() + 1 == slices.size()) {
         std::string gap = number_gap(growths, [&](std::size_t i) { return slices[i].name(false); });
         if (!gap.empty()) warnings.push_back(std::move(gap));
@@ -357,14 +356,15 @@ StackGeometry geometry_of(const DicomStack& stack, const ScanOptions& options) {
         step =
             n == 1 ? (*given)[2] * normal : step_of(stack, normal, options.resample ? &out.uneven : nullptr);
         out.tilt = std::acos(std::min(1.0, dot(step, normal) / length(step))) * 180 / M_PI;
-        constexpr double kLargestTilt = 45;  // gantries tilt by up to 30 degrees
-        if (out.tilt > kLargestTilt)
-            refuse(stack, fmt::format("its positions contradict its orientation: each slice is shifted "
-                                      "sideways, as if the gantry were tilted by {:.1f} degrees",
-                                      out.tilt));
         if (out.tilt > 0.1) {
-            out.warnings.push_back(fmt::format(
-                "the gantry is tilted by {:.1f} degrees; the volume is sheared accordingly", out.tilt));
+            constexpr double kLargestTilt = 45;  // gantries tilt by up to 30 degrees
+            const std::string_view cause =
+                out.tilt < kLargestTilt
+                    ? "the gantry is tilted"
+                    : "the positions of the slices contradict their orientation, as if the "
+                      "gantry were tilted";
+            out.warnings.push_back(
+                fmt::format("{} by {:.1f} degrees; the volume is sheared accordingly", cause, out.tilt));
         } else {
             out.tilt = 0;
         }

@@ -124,13 +124,14 @@ void check_elements(const FileContent& input, const std::vector<Element>& elemen
         if (name == "tristrips" && count > 0)
             input.refuse("has triangle strips, which are not supported; save its triangles as faces");
         if (name == "face" && count > 0 && std::none_of(properties.begin(), properties.end(), is_corners))
-            input.refuse("its faces have no list vertex_indices");
+            input.refuse("its faces have no list vertex_indices; save it with one");
         if (name != "vertex") continue;
         has_points = true;
         for (const char* axis : {"x", "y", "z"}) {
             const auto is_coordinate = [&](const Property& p) { return p.name == axis && !p.count; };
             if (std::none_of(properties.begin(), properties.end(), is_coordinate))
-                input.refuse("its points have no coordinate " + std::string(axis));
+                input.refuse("its points have no coordinate " + std::string(axis) +
+                             "; save it with x, y and z");
         }
     }
     if (!has_points) input.refuse("has no points");

@@ -60,7 +60,8 @@ Mesh read_stl(const FileContent& input, Space& space) {
     std::size_t facets = 0;
     const auto check_facets = [&] {
         if (corners.size() != 3 * facets)
-            input.refuse("facet " + std::to_string(facets) + " does not have three vertices");
+            input.refuse("facet " + std::to_string(facets) +
+                         " does not have three vertices; save it again as triangles");
     };
     for (std::string_view rest = bytes; !rest.empty();) {
         const std::string_view line = take_line(rest);

@@ -48,22 +48,14 @@ std::string name_attribute(const MeshObject& object) {
     return object.name.empty() ? "" : " name=\"" + escaped(object.name) + "\"";
 }
 
-// The schema wants three different points in each triangle.
-bool is_triangle(const Triangle& t) {
-    return t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
-}
-
 // The schema's limits on the points and triangles of an object.
 void check_size(const MeshView& mesh) {
     constexpr std::size_t kMost = (std::size_t{1} << 31) - 1;
     if (std::max(mesh.points.size(), mesh.triangles.size()) > kMost)
         throw LimitError(
             fmt::format("a .3mf file holds surfaces of at most 2^31 - 1 points and triangles, and this one "
-                        "has {} and {}; "
-                        "write .ply or .vtp",
+                        "has {} and {}; write .ply or .vtp",
                         mesh.points.size(), mesh.triangles.size()));
-    if (std::none_of(mesh.triangles.begin(), mesh.triangles.end(), is_triangle))
-        throw InputError("a .3mf file cannot hold a surface without triangles");
 }
 
 void write_object(MeshOutput& output, const MeshView& mesh) {
@@ -78,7 +70,7 @@ void write_object(MeshOutput& output, const MeshView& mesh) {
     output.text("</vertices><triangles>\n");
     output.items<32 + 3 * kIndexChars>(mesh.triangles.size(), 0.5, 1, [&](std::size_t i, char* to) {
         const Triangle& t = mesh.triangles[i];
-        if (!is_triangle(t)) return to;
+        if (!has_three_corners(t)) return to;  // the schema wants three
         to = put_attribute(to, "<triangle v1=\"", t[0], kIndexChars);
         to = put_attribute(to, " v2=\"", t[1], kIndexChars);
         to = put_attribute(to, " v3=\"", t[2], kIndexChars);

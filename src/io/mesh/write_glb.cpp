@@ -101,8 +101,6 @@ class Description {
 
     Json mesh(const MeshObject& object) {
         const auto& [points, normals, triangles] = object.mesh;
-        if (points.empty() || triangles.empty())
-            throw InputError("a .glb file cannot hold a surface without triangles");
         Vec3f lower = position(points.front()), upper = lower;
         for (const Vec3f& point : points) {
             const Vec3f p = position(point);

@@ -67,6 +67,10 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
                 refuse("a triangle of the mesh names a missing point");
         }
         if (!internal::all_finite(mesh.points)) refuse("a coordinate of the mesh is NaN or infinite");
+        const bool needs_triangles = format == MeshFormat::glb || format == MeshFormat::threemf;
+        if (needs_triangles && std::none_of(mesh.triangles.begin(), mesh.triangles.end(), has_three_corners))
+            refuse((object.name.empty() ? "the surface" : quoted(object.name)) +
+                   " has no triangles; leave it out, or write .ply, .obj or .vtp");
         check_point_data(object, refuse);
     }
 }

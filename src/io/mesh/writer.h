@@ -103,6 +103,11 @@ struct ArchiveFile {
 };
 std::span<const ArchiveFile> other_3mf_files();
 
+/// Whether the corners of a triangle are three different points.
+inline bool has_three_corners(const Triangle& t) {
+    return t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
+}
+
 /// A name as valid UTF-8 without control characters; invalid bytes become U+FFFD.
 std::string clean_name(const std::string& name);
 /// The name of an object where the file needs one: without a name it is "surface 1", by its number.

@@ -169,6 +169,7 @@ void read_data_location(const Header& header, RawImage& image) {
         if (!size || *size < -1 || (*size == -1 && image.compressed))
             header.refuse("HeaderSize is not a size");
         // It counts from the beginning of the file, also if that is the header's own; 0 states nothing.
+        if (*size > 0 && *size < *image.file_offset) header.refuse("HeaderSize ends within the header");
         if (*size == -1)
             image.file_offset.reset();
         else if (*size > 0)

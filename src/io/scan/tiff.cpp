@@ -172,7 +172,8 @@ struct Description {
         const std::int64_t channels = number("\nchannels=", " SizeC=\""),
                            slices = number("\nslices=", " SizeZ=\""),
                            times = number("\nframes=", " SizeT=\"");
-        if (pages > std::max(slices, times) && (channels > 1 || times > 1))
+        // One that has only channels may be a stack: some programs write slices so.
+        if (pages > std::max({channels, slices, times}) && channels * slices * times > 1)
             throw UnreadableImage{"holds several channels or times; save one of them as a stack"};
     }
     // Beyond 4 GiB, ImageJ describes only the first of its images, and the others follow it.

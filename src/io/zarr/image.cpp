@@ -61,12 +61,14 @@ std::optional<Multiscales> find_multiscales(const fs::path& folder) {
     return out;
 }
 
-// The anatomical orientation of an axis, after RFC 4; empty if there is none.
+// The anatomical orientation of an axis, after RFC 4; empty if there is none. One in another form is unknown.
 std::string orientation_of(const Metadata& axis) {
     if (!axis.has("orientation")) return {};
-    const Metadata orientation = axis.at("orientation");
-    if (orientation.at("type").text() != "anatomical") return {};
-    return orientation.at("value").text();
+    const nlohmann::json orientation = axis.at("orientation").json();
+    const bool is_anatomical = orientation.is_object() &&
+                               orientation.value("type", nlohmann::json()) == "anatomical" &&
+                               orientation.contains("value") && orientation["value"].is_string();
+    return is_anatomical ? orientation["value"].get<std::string>() : orientation.dump();
 }
 
 std::vector<Axis> read_axes(const Metadata& image) {
@@ -370,6 +372,13 @@ std::size_t chunk_bytes(const ZarrArray& array) {
     return bytes;
 }
 
+// The number of chunks of the volume.
+std::size_t chunks_of(const ZarrImage& image) {
+    ZarrArray::Index end = image.array.shape;
+    for (std::size_t a = 0; a + 3 < end.size(); ++a) end[a] = image.first[a] + 1;
+    return count_chunks(image.array, image.first, end);
+}
+
 // Slices that are in the same chunks.
 std::int64_t slices_at_once(const ZarrImage& image) {
     return image.array.chunk[image.array.shape.size() - 3];
@@ -396,10 +405,8 @@ Volume load_zarr(const ZarrImage& image, const ScanOptions& options) {
     Volume volume(image.geometry, loaded_type(image));
     const std::int64_t nz = image.geometry.dims[2], step = slices_at_once(image);
     const std::size_t slice_bytes = volume.bytes() / static_cast<std::size_t>(nz);
-    ZarrArray::Index end = image.array.shape;
-    for (std::size_t a = 0; a + 3 < end.size(); ++a) end[a] = image.first[a] + 1;
     report_progress(options.progress, 0);
-    Stage stage(options.progress, 0, 1, count_chunks(image.array, image.first, end));
+    Stage stage(options.progress, 0, 1, chunks_of(image));
     with_threads(options.threads, [&] {
         for (std::int64_t z = 0; z < nz; z += step)
             read_slices(image, z, std::min(z + step, nz),
@@ -419,8 +426,9 @@ SliceSource zarr_slices(ZarrImage image, int threads) {
     const bool as_stored = is_loaded_as_stored(image.array.type, {});
     // Each thread holds a chunk as it is stored and as it is decoded. Samples of another type are converted a
     // layer of chunks at a time.
-    const int most = thread_count(), reading = threads > 0 ? std::min(threads, most) : most;
-    std::size_t read_bytes = static_cast<std::size_t>(reading) * 2 * chunk_bytes(image.array);
+    const auto most =
+        static_cast<std::size_t>(threads > 0 ? std::min(threads, thread_count()) : thread_count());
+    std::size_t read_bytes = std::min(most, chunks_of(image)) * 2 * chunk_bytes(image.array);
     if (!as_stored)
         read_bytes += static_cast<std::size_t>(std::min(together, geometry.dims[2])) * slice_samples *
                       stored_size(image.array.type);

@@ -38,12 +38,25 @@ class VertexTriangles {
 /// Whether walking from triangle to triangle around a point visits all its triangles and returns.
 inline bool is_closed_fan(const Triangle* begin, const Triangle* end) {
     if (begin == end) return false;
-    std::uint32_t at = (*begin)[1];
+    constexpr std::ptrdiff_t kFew = 16;
+    std::vector<Triangle> sorted;  // by the neighbour that each begins with, where there are many
+    if (end - begin > kFew) {
+        const auto by_first = [](const Triangle& s, const Triangle& t) { return s[1] < t[1]; };
+        sorted.assign(begin, end);
+        std::sort(sorted.begin(), sorted.end(), by_first);
+        begin = sorted.data();
+        end = begin + sorted.size();
+    }
+    const std::uint32_t first = (*begin)[1];
+    std::uint32_t at = first;
     for (std::ptrdiff_t left = end - begin; left > 0; --left) {
-        const Triangle* const next = std::find_if(begin, end, [&](const Triangle& t) { return t[1] == at; });
-        if (next == end) return false;
+        const Triangle* const next =
+            sorted.empty() ? std::find_if(begin, end, [&](const Triangle& t) { return t[1] == at; })
+                           : std::lower_bound(begin, end, at,
+                                              [](const Triangle& t, std::uint32_t p) { return t[1] < p; });
+        if (next == end || (*next)[1] != at) return false;
         at = (*next)[2];
-        if (at == (*begin)[1]) return left == 1;
+        if (at == first) return left == 1;
     }
     return false;
 }

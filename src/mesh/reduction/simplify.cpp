@@ -176,9 +176,6 @@ Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error,
     }
 }
 
-// Errors are areas times squared distances, which must fit into a float.
-constexpr double kLargestWidth = 1e9;  // mm
-
 // The largest extent along an axis.
 double width_of(const Mesh& mesh) {
     const Bounds bounds = bounds_of(mesh.points);
@@ -186,6 +183,13 @@ double width_of(const Mesh& mesh) {
     for (std::size_t axis = 0; axis < 3; ++axis)
         widest = std::max(widest, double{bounds.upper[axis]} - double{bounds.lower[axis]});
     return widest;
+}
+
+// Multiplies all coordinates by a power of two, which changes nothing else.
+void scale(Mesh& mesh, int exponent) {
+    for (Vec3f& p : mesh.points) {
+        for (float& x : p) x = std::ldexp(x, exponent);
+    }
 }
 
 Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats) {
@@ -209,6 +213,25 @@ Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats*
     return std::move(reduced.mesh);
 }
 
+// The same for meshes of any width. Errors are areas times squared distances, which must fit into a float.
+Mesh simplified_at_any_scale(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats) {
+    constexpr double kLargestWidth = 1e9;
+    const double width = width_of(mesh);
+    if (!(width > kLargestWidth)) return simplified(mesh, options, stats);
+    const int exponent = std::ilogb(width);
+    Mesh scaled = mesh;
+    scale(scaled, -exponent);
+    SimplifyOptions scaled_options = options;
+    if (options.max_error) scaled_options.max_error = std::ldexp(*options.max_error, -exponent);
+    Mesh result = simplified(scaled, scaled_options, stats);
+    scale(result, exponent);
+    if (stats) {
+        for (double* distance : {&stats->deviation.mean, &stats->deviation.max})
+            *distance = std::ldexp(*distance, exponent);
+    }
+    return result;
+}
+
 }  // namespace
 
 Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats) {
@@ -218,13 +241,11 @@ Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* s
         throw InputError("simplify: the largest error must be above 0 mm");
     check_indices(mesh);
     check_coordinates(mesh.points);
-    if (width_of(mesh) > kLargestWidth)
-        throw InputError("simplify: the mesh is more than a million kilometres wide; its unit must be mm");
     if (mesh.triangles.size() >= std::size_t{1} << 30)
         throw LimitError("simplify: the mesh has 2^30 triangles or more");
     if (stats) *stats = {};
     Mesh result;
-    with_threads(options.threads, [&] { result = simplified(mesh, options, stats); });
+    with_threads(options.threads, [&] { result = simplified_at_any_scale(mesh, options, stats); });
     return result;
 }
 
