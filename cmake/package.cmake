@@ -51,12 +51,17 @@ debian_package(program marrow science "the command line" "${library} ${exactly}"
 debian_package(viewer marrow-viewer science "the desktop viewer" "${library} ${exactly}")
 debian_package(terrain marrow-terrain science "the command 'marrow terrain' and its library"
   "${library} ${exactly}" "marrow ${exactly}")
-# The module is for one minor version of Python.
-math(EXPR next_python "${Python_VERSION_MINOR} + 1")
-debian_package(python python3-marrow python "the Python package marrow" "${library} ${exactly}"
-  "python3 (>= 3.${Python_VERSION_MINOR})" "python3 (<< 3.${next_python})" python3-numpy)
-debian_package(vtk marrow-vtk science "vtkMarrowContour, a filter of VTK, for C++ and Python" "${library} ${exactly}"
-  "python3 (>= 3.${Python_VERSION_MINOR})" "python3 (<< 3.${next_python})" python3-vtk9)
+# The modules are for one minor version of Python.
+if(MARROW_PYTHON)
+  math(EXPR next "${Python_VERSION_MINOR} + 1")
+  debian_package(python python3-marrow python "the Python package marrow" "${library} ${exactly}"
+    "python3 (>= 3.${Python_VERSION_MINOR})" "python3 (<< 3.${next})" python3-numpy)
+endif()
+if(MARROW_VTK)
+  math(EXPR next "${Python3_VERSION_MINOR} + 1")
+  debian_package(vtk marrow-vtk science "vtkMarrowContour, a filter of VTK, for C++ and Python" "${library} ${exactly}"
+    "python3 (>= 3.${Python3_VERSION_MINOR})" "python3 (<< 3.${next})" python3-vtk9)
+endif()
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS marrow)  # python3 -m marrow runs the program
 set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
   ${PROJECT_SOURCE_DIR}/packaging/debian/postinst ${PROJECT_SOURCE_DIR}/packaging/debian/prerm)

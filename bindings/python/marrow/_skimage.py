@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Optional
 
 import numpy as np
 
@@ -150,13 +150,16 @@ def marching_cubes(
 
     result, all_finite = extract(array, progress)
     if not all_finite and any(np.isinf(part).any() for part in array):
-        # The fraction stays at 1, as it must not go back.
-        again = progress and (lambda fraction: progress(1.0))
-        result, _ = extract(_with_numbers_for_infinity(array), again)
+        result, _ = extract(_with_numbers_for_infinity(array), _at_end(progress) if progress else None)
     if len(result.verts) == 0:
         _raise_for_range(array, level)
         raise EmptySurface("there is no surface at this level")
     return result
+
+
+def _at_end(progress: Progress) -> Progress:
+    """Return a function that goes on to report 1, as the fraction of work that is done again must not go back."""
+    return lambda fraction: progress(1.0)
 
 
 def _three_axes(volume: ArrayLike) -> NDArray[Any]:

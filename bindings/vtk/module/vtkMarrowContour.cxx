@@ -1,6 +1,7 @@
 // Connects Marrow's extraction to VTK's pipeline.
 #include "vtkMarrowContour.h"
 
+#include <vtkAbstractArray.h>
 #include <vtkCellArray.h>
 #include <vtkContourValues.h>
 #include <vtkDataArray.h>
@@ -24,7 +25,9 @@
 #include <chrono>
 #include <future>
 #include <limits>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -42,25 +45,48 @@ namespace {
 using Extent = std::array<int, 6>;
 constexpr Extent kNoSamples = {0, -1, 0, -1, 0, -1};
 
-// An array of VTK's over memory that a surface owns.
-template <class Array>
-class SurfaceArray : public Array {
+// The surfaces that own the memory of VTK's arrays, by the addresses of that memory. A copy of an array shares
+// its memory but nothing else, so that only what frees the memory can let go of the surface.
+class SharedSurfaces {
   public:
-    static vtkSmartPointer<Array> make(std::shared_ptr<marrow::PartSurface> surface, void* data,
-                                       std::size_t values, int components) {
-        auto* array = new SurfaceArray;
-        array->InitializeObjectBase();
-        array->surface_ = std::move(surface);
-        constexpr int kNotVtks = 1;  // VTK does not free the memory
-        array->SetNumberOfComponents(components);
-        array->SetArray(static_cast<typename Array::ValueType*>(data), static_cast<vtkIdType>(values),
-                        kNotVtks);
-        return vtkSmartPointer<Array>::Take(array);
+    static void keep(void* memory, std::shared_ptr<marrow::PartSurface> surface) {
+        SharedSurfaces& all = instance();
+        const std::lock_guard lock(all.mutex_);
+        all.owners_[memory] = std::move(surface);
+    }
+    static void release(void* memory) {
+        SharedSurfaces& all = instance();
+        std::shared_ptr<marrow::PartSurface> last;  // is destroyed after the lock
+        const std::lock_guard lock(all.mutex_);
+        const auto at = all.owners_.find(memory);
+        last = std::move(at->second);
+        all.owners_.erase(at);
     }
 
   private:
-    std::shared_ptr<marrow::PartSurface> surface_;
+    static SharedSurfaces& instance() {
+        static auto* const all =
+            new SharedSurfaces;  // never destroyed: arrays may live until the process ends
+        return *all;
+    }
+
+    std::mutex mutex_;
+    std::map<void*, std::shared_ptr<marrow::PartSurface>> owners_;
 };
+
+// An array of VTK's over memory that a surface owns.
+template <class Array>
+vtkSmartPointer<Array> array_over(std::shared_ptr<marrow::PartSurface> surface, void* data,
+                                  std::size_t values, int components) {
+    auto array = vtkSmartPointer<Array>::New();
+    array->SetNumberOfComponents(components);
+    if (values == 0) return array;
+    SharedSurfaces::keep(data, std::move(surface));
+    array->SetArray(static_cast<typename Array::ValueType*>(data), static_cast<vtkIdType>(values), 0,
+                    vtkAbstractArray::VTK_DATA_ARRAY_USER_DEFINED);
+    array->SetArrayFreeFunction(SharedSurfaces::release);
+    return array;
+}
 
 std::optional<marrow::SampleType> sample_type(int type) {
     switch (type) {
@@ -86,9 +112,13 @@ std::optional<marrow::SampleType> sample_type(int type) {
     }
 }
 
-// The samples of an image. \throw std::runtime_error Marrow cannot read them where they are
-const void* samples_of(vtkDataArray& scalars, marrow::SampleType& type) {
+// The samples of an image, one at each point. \throw std::runtime_error Marrow cannot read them where they are
+const void* samples_of(vtkDataArray& scalars, vtkIdType points, marrow::SampleType& type) {
     const std::string name = scalars.GetName() ? scalars.GetName() : "the scalars";
+    if (scalars.GetNumberOfTuples() != points)
+        throw std::runtime_error(name + " have " + std::to_string(scalars.GetNumberOfTuples()) +
+                                 " values for " + std::to_string(points) +
+                                 " points; convert values of cells with vtkCellDataToPointData");
     if (scalars.GetNumberOfComponents() != 1)
         throw std::runtime_error(name + " have " + std::to_string(scalars.GetNumberOfComponents()) +
                                  " components; choose one with vtkImageExtractComponents");
@@ -278,7 +308,7 @@ int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs
 
     try {
         marrow::SampleType type{};
-        const void* const samples = samples_of(*scalars, type);
+        const void* const samples = samples_of(*scalars, image->GetNumberOfPoints(), type);
         const marrow::VolumeView view = view_of(*image, samples, type, whole, present, piece);
         const bool keys = this->ComputeGlobalIds != 0;
         const bool in_parts = keys || piece != whole;
@@ -333,26 +363,28 @@ int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs
         }
         const std::shared_ptr<marrow::PartSurface> surface = work.get();
         marrow::Mesh* const mesh = &surface->mesh;
-        if (mesh->points.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()))
-            throw marrow::LimitError("the surface has 2^31 points or more; extract it in pieces");
+        // VTK counts the corners of all triangles in 32 bits, as their indices have so many.
+        constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max();
+        if (mesh->points.size() > kMost || mesh->triangles.size() > kMost / 3)
+            throw marrow::LimitError("the surface has more than " + std::to_string(kMost / 3) +
+                                     " triangles or 2^31 points; extract it in pieces");
 
         const vtkNew<vtkPoints> points;
-        points->SetData(
-            SurfaceArray<vtkFloatArray>::make(surface, mesh->points.data(), 3 * mesh->points.size(), 3));
+        points->SetData(array_over<vtkFloatArray>(surface, mesh->points.data(), 3 * mesh->points.size(), 3));
         output->SetPoints(points);
         const vtkNew<vtkCellArray> cells;
-        cells->SetData(3, SurfaceArray<vtkTypeInt32Array>::make(surface, mesh->triangles.data(),
-                                                                3 * mesh->triangles.size(), 1));
+        cells->SetData(
+            3, array_over<vtkTypeInt32Array>(surface, mesh->triangles.data(), 3 * mesh->triangles.size(), 1));
         output->SetPolys(cells);
         if (this->ComputeNormals) {
             const auto normals =
-                SurfaceArray<vtkFloatArray>::make(surface, mesh->normals.data(), 3 * mesh->normals.size(), 3);
+                array_over<vtkFloatArray>(surface, mesh->normals.data(), 3 * mesh->normals.size(), 3);
             normals->SetName("Normals");
             output->GetPointData()->SetNormals(normals);
         }
         if (keys) {
             const auto ids =
-                SurfaceArray<vtkIdTypeArray>::make(surface, surface->keys.data(), surface->keys.size(), 1);
+                array_over<vtkIdTypeArray>(surface, surface->keys.data(), surface->keys.size(), 1);
             ids->SetName("GlobalPointIds");
             output->GetPointData()->SetGlobalIds(ids);
         }

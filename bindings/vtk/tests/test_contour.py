@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from marrow_vtk.vtkMarrow import vtkMarrowContour
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkCommand, vtkTypeInt64Array
+from vtkmodules.vtkCommonCore import vtkCommand, vtkFloatArray, vtkTypeInt64Array
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData, vtkPerlinNoise
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkConnectivityFilter, vtkFeatureEdges, vtkFlyingEdges3D
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
@@ -239,7 +239,7 @@ def test_what_cannot_be_read_is_refused_in_one_line():
         contour.SetInputData(volume)
         contour.SetValue(0, 1)
         for name, value in settings.items():
-            getattr(contour, f"Set{name}")(value)
+            getattr(contour, f"Set{name}")(*value)
         contour.Update()
         return messages[-1] if messages else ""
 
@@ -251,6 +251,12 @@ def test_what_cannot_be_read_is_refused_in_one_line():
     array.SetNumberOfValues(long.GetNumberOfPoints())
     long.GetPointData().SetScalars(array)
     assert "vtkImageCast" in message_of(long)
+    cells = image(ball())
+    of_cells = numpy_to_vtk(np.zeros(cells.GetNumberOfCells()))
+    of_cells.SetName("of cells")
+    cells.GetCellData().AddArray(of_cells)
+    chosen = (0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_CELLS, "of cells")
+    assert "vtkCellDataToPointData" in message_of(cells, InputArrayToProcess=chosen)
 
 
 def test_arrays_outlive_the_filter_and_the_input():
@@ -258,6 +264,15 @@ def test_arrays_outlive_the_filter_and_the_input():
     again, _, _ = arrays(extract(image(ball()), 40.5))
     assert np.array_equal(points, again) and triangles.max() == len(points) - 1
     assert np.allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
+
+
+def test_shallow_copies_of_arrays_outlive_them():
+    normals = extract(image(ball()), 40.5).GetPointData().GetNormals()
+    expected, copy = np.array(vtk_to_numpy(normals)), vtkFloatArray()
+    copy.ShallowCopy(normals)
+    del normals
+    extract(image(ball()), 60.5)  # takes the memory if it is free
+    assert np.array_equal(vtk_to_numpy(copy), expected)
 
 
 def test_a_changed_value_runs_the_filter_again():
