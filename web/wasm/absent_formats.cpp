@@ -29,7 +29,7 @@ Volume load_zarr(const ZarrImage& image, const ScanOptions&) {
     fail<InputError>(image.array.folder, "is OME-Zarr");
 }
 
-SliceSource zarr_slices(ZarrImage image) {
+SliceSource zarr_slices(ZarrImage image, int) {
     fail<InputError>(image.array.folder, "is OME-Zarr");
 }
 
