@@ -52,8 +52,8 @@ void parallel_for_ranges(Index begin, Index end, std::size_t grain, const F& f) 
 template <class Index, class T, class F, class Join>
 T parallel_reduce(Index begin, Index end, std::size_t grain, const T& identity, const F& f,
                   const Join& join) {
-    T sum = tbb::parallel_deterministic_reduce(tbb::blocked_range<Index>(begin, end, grain), identity, f,
-                                               join);
+    T sum =
+        tbb::parallel_deterministic_reduce(tbb::blocked_range<Index>(begin, end, grain), identity, f, join);
     throw_if_abandoned();
     return sum;
 }

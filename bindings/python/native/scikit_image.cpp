@@ -69,7 +69,7 @@ void keep_masked(const VolumeView& volume, const VolumeView& mask, const Progres
                  Buffer<float>& values) {
     const IndexMapping in_volume(volume.geometry), in_mask(mask.geometry);
     std::fill(values.begin(), values.end(), -1.0F);  // the point is not used
-    constexpr std::size_t kTogether = 65536;  // between two chances to cancel
+    constexpr std::size_t kTogether = 65536;         // between two chances to cancel
     std::size_t kept = 0, seen = 0;
     for (const Triangle& triangle : mesh.triangles) {
         if (++seen % kTogether == 0 && !report(1)) throw Cancelled();
