@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <ostream>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -24,6 +25,7 @@
 #include <marrow/normals.h>
 #include <marrow/streaming.h>
 
+#include "io/mesh/writer.h"
 #include "support/fields.h"
 #include "support/temporary_folder.h"
 
@@ -307,6 +309,29 @@ TEST(WriteMesh, RefusesAndLeavesNothing) {
     }
     EXPECT_EQ(folder.files(), Names{"file"});
     EXPECT_EQ(read_file(folder / "file"), "old");
+// The longest text of a float has 15 characters.
+TEST(WriteMesh, TheLongestNumbersFit) {
+    const TemporaryFolder folder;
+    constexpr float kLongest = -1.00045885e-36f;
+    Mesh mesh;
+    mesh.points.assign(20'000, {kLongest, kLongest, kLongest});
+    mesh.normals = mesh.points;
+    mesh.triangles = {{0, 1, 19'999}};
+    for (const char* name : {"a.obj", "a.3mf"}) {
+        write_mesh(mesh, folder / name);
+        const Mesh found = read_mesh(folder / name);
+        EXPECT_TRUE(std::ranges::equal(found.points, mesh.points)) << name;
+        EXPECT_TRUE(std::ranges::equal(found.triangles, mesh.triangles)) << name;
+    }
+}
+
+TEST(WriteMesh, AnItemThatIsLongerThanItsWriterStatesIsNoticed) {
+    internal::io::MeshOutput nowhere([](const void*, std::size_t) {}, {});
+    const auto write_two_bytes = [](std::size_t, char* to) { return std::fill_n(to, 2, 'x'); };
+    EXPECT_NO_THROW(nowhere.items<2>(8, 0, 1, write_two_bytes));  // keeps the memory of 16 bytes
+    EXPECT_THROW(nowhere.items<1>(8, 0, 1, write_two_bytes), std::logic_error);
+}
+
 }
 
 // VTK reads the numbers of points, with the bits of what was written.

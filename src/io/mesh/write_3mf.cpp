@@ -1,8 +1,10 @@
 // Writes 3MF after its core specification 1.2: a ZIP archive with an XML model. Numbers have the fewest
 // digits that read back to the same float, in any locale.
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -15,15 +17,24 @@ namespace {
 
 constexpr std::size_t kFloatChars = 15, kIndexChars = 10;
 
-char* put_text(char* to, const char* text) {
-    while (*text) *to++ = *text++;
-    return to;
+// What surrounds the three numbers of an element.
+using Texts = std::array<std::string_view, 4>;
+constexpr Texts kVertex{"<vertex x=\"", "\" y=\"", "\" z=\"", "\"/>\n"};
+constexpr Texts kTriangle{"<triangle v1=\"", "\" v2=\"", "\" v3=\"", "\"/>\n"};
+
+constexpr std::size_t longest(const Texts& texts, std::size_t number_chars) {
+    std::size_t chars = 3 * number_chars;
+    for (const std::string_view text : texts) chars += text.size();
+    return chars;
 }
 
-template <class T>
-char* put_attribute(char* to, const char* before, T value, std::size_t most) {
-    to = put_text(to, before);
-    return put_text(std::to_chars(to, to + most, value).ptr, "\"");
+template <class Numbers>
+char* put_element(char* to, const Texts& texts, const Numbers& numbers, std::size_t number_chars) {
+    for (std::size_t i = 0; i < 3; ++i) {
+        to = std::copy(texts[i].begin(), texts[i].end(), to);
+        to = std::to_chars(to, to + number_chars, numbers[i]).ptr;
+    }
+    return std::copy(texts[3].begin(), texts[3].end(), to);
 }
 
 std::string escaped(const std::string& name) {
@@ -60,22 +71,16 @@ void check_size(const MeshView& mesh) {
 
 void write_object(MeshOutput& output, const MeshView& mesh) {
     output.text("<mesh><vertices>\n");
-    output.items<24 + 3 * kFloatChars>(mesh.points.size(), 0, 0.5, [&](std::size_t i, char* to) {
-        const Vec3f p = output.oriented(mesh.points[i]);
-        to = put_attribute(to, "<vertex x=\"", p[0], kFloatChars);
-        to = put_attribute(to, " y=\"", p[1], kFloatChars);
-        to = put_attribute(to, " z=\"", p[2], kFloatChars);
-        return put_text(to, "/>\n");
+    output.items<longest(kVertex, kFloatChars)>(mesh.points.size(), 0, 0.5, [&](std::size_t i, char* to) {
+        return put_element(to, kVertex, output.oriented(mesh.points[i]), kFloatChars);
     });
     output.text("</vertices><triangles>\n");
-    output.items<32 + 3 * kIndexChars>(mesh.triangles.size(), 0.5, 1, [&](std::size_t i, char* to) {
-        const Triangle& t = mesh.triangles[i];
-        if (!has_three_corners(t)) return to;  // the schema wants three
-        to = put_attribute(to, "<triangle v1=\"", t[0], kIndexChars);
-        to = put_attribute(to, " v2=\"", t[1], kIndexChars);
-        to = put_attribute(to, " v3=\"", t[2], kIndexChars);
-        return put_text(to, "/>\n");
-    });
+    output.items<longest(kTriangle, kIndexChars)>(
+        mesh.triangles.size(), 0.5, 1, [&](std::size_t i, char* to) {
+            const Triangle& t = mesh.triangles[i];
+            return has_three_corners(t) ? put_element(to, kTriangle, t, kIndexChars)
+                                        : to;  // the schema wants three
+        });
     output.text("</triangles></mesh>");
 }
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -60,7 +61,7 @@ class MeshOutput {
     }
 
     /// Writes items 0 to count - 1 in large blocks. `encode(i, to)` writes at most `MaxBytes` at `to` and
-    /// returns the end. Progress goes from `from` to `until`.
+    /// returns the end. Progress goes from `from` to `until`. \throw std::logic_error an item was longer
     template <std::size_t MaxBytes, class Encode>
     void items(std::size_t count, double from, double until, Encode encode) {
         constexpr std::size_t kBlock = (std::size_t{1} << 20) / MaxBytes;
@@ -69,7 +70,9 @@ class MeshOutput {
             const std::size_t last = std::min(first + kBlock, count);
             char* end = block_.data();
             for (std::size_t i = first; i < last; ++i) end = encode(i, end);
-            write_(block_.data(), static_cast<std::size_t>(end - block_.data()));
+            const auto bytes = static_cast<std::size_t>(end - block_.data());
+            if (bytes > (last - first) * MaxBytes) throw std::logic_error("a mesh's item is too long");
+            write_(block_.data(), bytes);
             const double fraction =
                 from + (until - from) * static_cast<double>(last) / static_cast<double>(count);
             report_progress(progress_, share_begin_ + (share_end_ - share_begin_) * fraction);
