@@ -14,6 +14,7 @@
 #include "base/for_each_range.h"
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "base/three_corners.h"
 #include "find_components.h"
 #include "mesh/connectivity/check_mesh.h"
 #include "mesh/connectivity/count_edges.h"
@@ -30,10 +31,6 @@ using namespace internal;
 namespace {
 
 constexpr std::size_t kGrain = 8192;  // triangles
-
-bool has_equal_indices(const Triangle& t) {
-    return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
-}
 
 void check_input(const MeshView& mesh, const CheckOptions& options) {
     if (options.min_wall && !(*options.min_wall >= 0))
@@ -159,13 +156,13 @@ void check_surface(const MeshView& mesh, const CheckOptions& options, MeshCheck&
 MeshCheck check_mesh(MeshView mesh, const CheckOptions& options) {
     check_input(mesh, options);
     MeshCheck check;
-    if (std::none_of(mesh.triangles.begin(), mesh.triangles.end(), has_equal_indices)) {
+    if (std::all_of(mesh.triangles.begin(), mesh.triangles.end(), has_three_corners)) {
         with_threads(options.threads, [&] { check_surface(mesh, options, check); });
         return check;
     }
     std::vector<Triangle> cleaned;
-    std::remove_copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(cleaned),
-                        has_equal_indices);
+    std::copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(cleaned),
+                 has_three_corners);
     check.degenerate_triangles = static_cast<std::int64_t>(mesh.triangles.size() - cleaned.size());
     with_threads(options.threads, [&] { check_surface({mesh.points, cleaned}, options, check); });
     return check;
@@ -182,7 +179,7 @@ std::vector<MeshCrossing> find_crossings(std::span<const MeshView> meshes, const
         const auto first = static_cast<std::uint32_t>(points.size());
         points.insert(points.end(), meshes[m].points.begin(), meshes[m].points.end());
         for (const Triangle& t : meshes[m].triangles) {
-            if (has_equal_indices(t)) continue;
+            if (!has_three_corners(t)) continue;
             triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
             mesh_of.push_back(m);
         }

@@ -5,6 +5,7 @@
 
 #include "io/bytes/text.h"
 #include "reader.h"
+#include "writer.h"
 
 namespace marrow::internal::io {
 
@@ -12,7 +13,8 @@ namespace {
 
 // STL has no shared points. Corners with the same coordinates become one point, so that triangles are
 // connected; -0 is equal to 0.
-Mesh with_shared_points(const std::vector<Vec3f>& corners) {
+Mesh with_shared_points(const FileContent& input, const std::vector<Vec3f>& corners) {
+    check_finite(input, corners);  // NaN has no place in an order
     std::vector<std::uint64_t> order(corners.size());
     std::iota(order.begin(), order.end(), std::uint64_t{0});
     std::sort(order.begin(), order.end(), [&](std::uint64_t a, std::uint64_t b) {
@@ -40,18 +42,17 @@ Mesh with_shared_points(const std::vector<Vec3f>& corners) {
 }  // namespace
 
 Mesh read_stl(const FileContent& input, Space& space) {
-    constexpr std::size_t kHeader = 84, kFacet = 50;
     const std::string& bytes = input.bytes;
     std::vector<Vec3f> corners;
     std::uint32_t count = 0;
-    if (bytes.size() >= kHeader) std::memcpy(&count, bytes.data() + 80, sizeof count);
-    if (bytes.size() >= kHeader && bytes.size() == kHeader + kFacet * std::size_t{count}) {
+    if (bytes.size() >= kStlHeaderBytes) std::memcpy(&count, bytes.data() + 80, sizeof count);
+    if (bytes.size() >= kStlHeaderBytes &&
+        bytes.size() == kStlHeaderBytes + kStlFacetBytes * std::size_t{count}) {
         space = stated_space(std::string_view(bytes).substr(0, 80));
         corners.resize(3 * std::size_t{count});
         for (std::size_t t = 0; t < count; ++t)
-            std::memcpy(&corners[3 * t], bytes.data() + kHeader + kFacet * t + 12, 36);
-        check_finite(input, corners);
-        return with_shared_points(corners);
+            std::memcpy(&corners[3 * t], bytes.data() + kStlHeaderBytes + kStlFacetBytes * t + 12, 36);
+        return with_shared_points(input, corners);
     }
     if (!to_lower(trimmed(std::string_view(bytes).substr(0, 80))).starts_with("solid"))
         input.refuse("is neither a text STL file nor a binary one with the length of its " +
@@ -78,8 +79,7 @@ Mesh read_stl(const FileContent& input, Space& space) {
     }
     if (!ended) input.refuse("the text STL file is cut off");
     check_facets();
-    check_finite(input, corners);
-    return with_shared_points(corners);
+    return with_shared_points(input, corners);
 }
 
 }  // namespace marrow::internal::io

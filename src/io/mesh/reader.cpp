@@ -1,8 +1,7 @@
 // What the readers of mesh formats share.
 #include "reader.h"
 
-#include <cmath>
-
+#include "base/all_finite.h"
 #include "io/bytes/text.h"
 
 namespace marrow::internal::io {
@@ -21,10 +20,7 @@ void add_polygon(const FileContent& input, const std::vector<std::int64_t>& corn
 }
 
 void check_finite(const FileContent& input, std::span<const Vec3f> points) {
-    for (const Vec3f& p : points) {
-        if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
-            input.refuse("a coordinate is NaN or infinite");
-    }
+    if (!all_finite(points)) input.refuse("a coordinate is NaN or infinite");
 }
 
 Vec3f parse_point(const FileContent& input, const std::vector<std::string_view>& words) {

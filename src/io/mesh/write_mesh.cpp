@@ -76,7 +76,7 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
 }
 
 // Lets the normals of the mesh point outward. If some of them change, `normals` has those of all points.
-void turn_normals_outward(MeshView& mesh, std::vector<Vec3f>& normals) {
+void use_outward_normals(MeshView& mesh, std::vector<Vec3f>& normals) {
     if (mesh.normals.empty()) return;
     SurfacePart surface = whole(mesh);
     surface.complete_points = mesh.points.size();
@@ -206,7 +206,7 @@ void MeshFiles::write(std::span<const MeshObject> objects, const std::filesystem
     std::vector<MeshObject> written(objects.begin(), objects.end());
     std::vector<std::vector<Vec3f>> normals(objects.size());
     if (holds_normals(format)) {
-        for (std::size_t i = 0; i < written.size(); ++i) turn_normals_outward(written[i].mesh, normals[i]);
+        for (std::size_t i = 0; i < written.size(); ++i) use_outward_normals(written[i].mesh, normals[i]);
     }
     auto file = std::make_unique<AtomicFile>(output);
     write_content(format, *file, is_gzipped(output), written, options);

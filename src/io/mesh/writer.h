@@ -18,6 +18,7 @@
 #include <marrow/streaming.h>
 
 #include "base/progress.h"
+#include "base/three_corners.h"
 
 namespace marrow::internal::io {
 
@@ -105,11 +106,6 @@ struct ArchiveFile {
     const char* text;
 };
 std::span<const ArchiveFile> other_3mf_files();
-
-/// Whether the corners of a triangle are three different points.
-inline bool has_three_corners(const Triangle& t) {
-    return t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
-}
 
 /// A name as valid UTF-8 without control characters; invalid bytes become U+FFFD.
 std::string clean_name(const std::string& name);
