@@ -49,7 +49,7 @@ struct MeshWriteOptions {
 
 /// A number for each point of a surface.
 struct PointArray {
-    std::string name;               ///< ASCII letters, digits and _
+    std::string name;               ///< ASCII letters, digits and _; not one of x y z nx ny nz Normals
     std::string meaning;            ///< one line, such as the unit; written beside the array
     std::span<const float> values;  ///< borrowed; one per point
 };

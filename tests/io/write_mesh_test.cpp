@@ -309,6 +309,8 @@ TEST(WriteMesh, RefusesAndLeavesNothing) {
     }
     EXPECT_EQ(folder.files(), Names{"file"});
     EXPECT_EQ(read_file(folder / "file"), "old");
+}
+
 // The longest text of a float has 15 characters.
 TEST(WriteMesh, TheLongestNumbersFit) {
     const TemporaryFolder folder;
@@ -330,8 +332,6 @@ TEST(WriteMesh, AnItemThatIsLongerThanItsWriterStatesIsNoticed) {
     const auto write_two_bytes = [](std::size_t, char* to) { return std::fill_n(to, 2, 'x'); };
     EXPECT_NO_THROW(nowhere.items<2>(8, 0, 1, write_two_bytes));  // keeps the memory of 16 bytes
     EXPECT_THROW(nowhere.items<1>(8, 0, 1, write_two_bytes), std::logic_error);
-}
-
 }
 
 // VTK reads the numbers of points, with the bits of what was written.
@@ -385,6 +385,27 @@ TEST(PointData, OfAnotherLengthIsRefused) {
     object.arrays = {};
     object.point_colours = colours;
     EXPECT_THROW(write_meshes(std::array{object}, folder / "a.glb"), InputError);
+}
+
+TEST(PointData, NamesAndMeaningsThatWouldBreakTheFileAreRefused) {
+    const TemporaryFolder folder;
+    const Mesh mesh = ball();
+    const std::vector<float> values(mesh.points.size());
+    const auto write = [&](std::vector<PointArray> arrays) {
+        for (const char* name : {"a.ply", "a.vtp"}) {
+            MeshObject object{mesh};
+            object.arrays = arrays;
+            write_meshes(std::array{object}, folder / name);
+        }
+    };
+    EXPECT_NO_THROW(write({{"noise_2", "in mm, \xc2\xb1", values}, {"Noise_2", "", values}}));
+    for (const char* name : {"", "a b", "a\n",
+                             "sch\xc3\xa4"
+                             "del",
+                             "a\"", "x", "y", "z", "nx", "ny", "nz", "Normals"})
+        EXPECT_THROW(write({{name, "", values}}), InputError) << name;
+    EXPECT_THROW(write({{"a", "", values}, {"a", "", values}}), InputError);
+    EXPECT_THROW(write({{"a", "mm\nelement vertex 1", values}}), InputError);
 }
 
 TEST(MeshFiles, AppearTogetherOrNotAtAll) {

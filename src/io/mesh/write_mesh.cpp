@@ -1,5 +1,6 @@
 // Writes mesh files by the writer of their format.
 #include <algorithm>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,7 +32,17 @@ void check_point_data(const MeshObject& object, const Refuse& refuse) {
     const std::size_t points = object.mesh.points.size();
     if (object.arrays.size() > kMostPointArrays)
         refuse("a surface has more than " + std::to_string(kMostPointArrays) + " arrays");
+    std::set<std::string> names{"x", "y", "z", "nx", "ny", "nz", "Normals"};  // of the formats
     for (const PointArray& array : object.arrays) {
+        constexpr std::string_view kAllowed =
+            "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_";
+        if (array.name.empty() || array.name.find_first_not_of(kAllowed) != std::string::npos)
+            refuse("the name of an array must be of ASCII letters, digits and _, and one is " +
+                   quoted(array.name));
+        if (!names.insert(array.name).second)
+            refuse("an array is named " + array.name + ", which another array or the format itself uses");
+        if (clean_name(array.meaning) != array.meaning)
+            refuse("the meaning of the array " + array.name + " is not a line of UTF-8");
         if (array.values.size() != points)
             refuse("the mesh has " + std::to_string(points) + " points but " +
                    std::to_string(array.values.size()) + " values in the array " + array.name);
@@ -68,7 +79,8 @@ void check_objects(MeshObjects objects, MeshFormat format, const std::filesystem
         }
         if (!internal::all_finite(mesh.points)) refuse("a coordinate of the mesh is NaN or infinite");
         const bool needs_triangles = format == MeshFormat::glb || format == MeshFormat::threemf;
-        if (needs_triangles && std::none_of(mesh.triangles.begin(), mesh.triangles.end(), has_three_corners))
+        if (needs_triangles &&
+            std::none_of(mesh.triangles.begin(), mesh.triangles.end(), internal::has_three_corners))
             refuse((object.name.empty() ? "the surface" : quoted(object.name)) +
                    " has no triangles; leave it out, or write .ply, .obj or .vtp");
         check_point_data(object, refuse);
