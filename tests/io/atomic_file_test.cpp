@@ -120,3 +120,7 @@ TEST(AtomicFile, LeavesNothingWhenTheSystemStopsWriting) {
 
 }  // namespace
 }  // namespace marrow::test
+    EXPECT_EQ(message(folder / "a\nb/c").find('\n'), std::string::npos) << "one line";
+    std::filesystem::create_symlink("missing/a", folder / "lost");
+    EXPECT_NE(message(folder / "lost").find("there is no folder"), std::string::npos)
+        << message(folder / "lost");

@@ -339,6 +339,28 @@ TEST(ReadScan, TruncatedAnywhereIsNeverReadAndNothingIsPrinted) {
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
+TEST(ReadScan, NamesInMessagesAreValidUtf8) {
+    TemporaryFolder folder;
+    contains(refusal<InputError>(write_file(folder / "sch\xe4"
+                                                     "del.nii",
+                                            "no")),
+             "sch\\xe4del.nii");
+    contains(refusal<InputError>(write_file(folder / "sch\xc3\xa4"
+                                                     "del.nii",
+                                            "no")),
+             "sch\xc3\xa4"
+             "del.nii");
+    // Wherever a long name loses its middle, its characters are whole.
+    for (std::size_t shift = 0; shift < 3; ++shift) {
+        std::string name(shift, 'a');
+        for (int i = 0; i < 70; ++i) name += "\xe9\xa0\xad";
+        std::string message = refusal<InputError>(write_file(folder / (name + ".nii"), "no"));
+        for (std::size_t at; (at = message.find("\xe9\xa0\xad")) != message.npos;) message.erase(at, 3);
+        EXPECT_TRUE(std::all_of(message.begin(), message.end(), [](char c) { return c > 0; })) << message;
+        contains(message, "...");
+    }
+}
+
 TEST(ReadScan, FlippedBytesNeverCrash) {
     TemporaryFolder folder;
     std::uint32_t random = 7;

@@ -28,25 +28,35 @@ PyObject* add(py::module_& module, const char* name, const char* doc, const py::
     return type;
 }
 
+// Raises an error, also if a word of a file in its message is not UTF-8.
+void raise(PyObject* type, const std::exception& error) {
+    const std::string message = error.what();
+    PyObject* const text =
+        PyUnicode_DecodeUTF8(message.data(), static_cast<Py_ssize_t>(message.size()), "replace");
+    if (text == nullptr) return;
+    PyErr_SetObject(type, text);
+    Py_DECREF(text);
+}
+
 void translate(std::exception_ptr exception) {
     try {
         if (exception) std::rethrow_exception(exception);
     } catch (const EmptySurface& e) {
-        PyErr_SetString(empty_surface, e.what());
+        raise(empty_surface, e);
     } catch (const GeometryError& e) {
-        PyErr_SetString(geometry_error, e.what());
+        raise(geometry_error, e);
     } catch (const InputError& e) {
-        PyErr_SetString(input_error, e.what());
+        raise(input_error, e);
     } catch (const IoError& e) {
-        PyErr_SetString(io_error, e.what());
+        raise(io_error, e);
     } catch (const LimitError& e) {
-        PyErr_SetString(limit_error, e.what());
+        raise(limit_error, e);
     } catch (const Cancelled& e) {
-        PyErr_SetString(cancelled, e.what());
+        raise(cancelled, e);
     } catch (const gpu::DeviceError& e) {
-        PyErr_SetString(device_error, e.what());
+        raise(device_error, e);
     } catch (const Error& e) {
-        PyErr_SetString(error_type, e.what());
+        raise(error_type, e);
     }
 }
 

@@ -1,3 +1,5 @@
+import os
+
 import marrow
 import pytest
 
@@ -14,3 +16,10 @@ import pytest
 def test_handlers_of_the_builtin_exception_catch_it(error, builtin):
     assert issubclass(error, builtin)
     assert issubclass(error, marrow.Error)
+
+
+def test_names_of_files_may_be_any_bytes(tmp_path):
+    file = tmp_path / os.fsdecode(b"sch\xe4del.nii")
+    file.write_bytes(b"no scan")
+    with pytest.raises(marrow.InputError, match=r"sch\\xe4del.nii.*not a NIfTI file"):
+        marrow.read(file)

@@ -11,7 +11,12 @@
 #include <marrow/atomic_file.h>
 #include <marrow/error.h>
 
+#include "text.h"
+
 namespace marrow {
+
+using internal::io::quoted;
+
 namespace fs = std::filesystem;
 
 namespace {
@@ -40,7 +45,7 @@ AtomicFile::AtomicFile(const fs::path& target) : named_(target) {
     if (!target_.has_filename() || fs::is_directory(status)) fail(EISDIR);
     // A rename would replace a device or a pipe by a regular file.
     if (fs::exists(status) && !fs::is_regular_file(status))
-        throw IoError("cannot write '" + named_.string() + "': it is not a regular file");
+        throw IoError("cannot write " + quoted(named_) + ": it is not a regular file");
 
     static std::atomic<unsigned> files{0};
     const std::string stem = ".marrow-" + std::to_string(::getpid()) + "-";
@@ -90,10 +95,12 @@ void AtomicFile::commit() {
 
 void AtomicFile::fail(int error) const {
     std::string reason = std::generic_category().message(error);
-    std::error_code ignored;
-    if (error == ENOENT && !fs::exists(folder_of(named_), ignored))
-        reason = "there is no folder '" + folder_of(named_).string() + "'; create it first";
-    throw IoError("cannot write '" + named_.string() + "': " + reason);
+    for (const fs::path& file : {target_, named_}) {
+        std::error_code ignored;
+        if (error == ENOENT && !fs::exists(folder_of(file), ignored))
+            reason = "there is no folder " + quoted(folder_of(file)) + "; create it first";
+    }
+    throw IoError("cannot write " + quoted(named_) + ": " + reason);
 }
 
 }  // namespace marrow

@@ -16,6 +16,32 @@ bool is_white(char c) {
     return c == ' ' || (c >= '\t' && c <= '\r');
 }
 
+// Whether a byte is one of a character in UTF-8, but not the first.
+bool is_continuation(char byte) {
+    return (static_cast<unsigned char>(byte) & 0xc0) == 0x80;
+}
+
+// The number of bytes of the first character; 0 if it is not valid UTF-8.
+std::size_t length_of_character(std::string_view text) {
+    const auto byte = [&](std::size_t i) {
+        return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
+    };
+    const unsigned lead = byte(0);
+    if (lead < 0x80) return 1;
+    const std::size_t length = lead >= 0xc2 && lead < 0xe0   ? 2
+                               : lead >= 0xe0 && lead < 0xf0 ? 3
+                               : lead >= 0xf0 && lead < 0xf5 ? 4
+                                                             : 0;
+    unsigned code = lead & (0xffu >> (length + 1));
+    for (std::size_t i = 1; i < length; ++i) {
+        if (i >= text.size() || !is_continuation(text[i])) return 0;
+        code = code << 6 | (byte(i) & 0x3f);
+    }
+    constexpr unsigned kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
+    const bool surrogate = code >= 0xd800 && code < 0xe000, noncharacter = (code & 0xfffe) == 0xfffe;
+    return code >= kLeast[length] && code <= 0x10ffff && !surrogate && !noncharacter ? length : 0;
+}
+
 template <class T>
 std::optional<T> parse(std::string_view text) {
     text = trimmed(text);
@@ -28,21 +54,35 @@ std::optional<T> parse(std::string_view text) {
 
 }  // namespace
 
+Character first_character(std::string_view text) {
+    const std::size_t length = length_of_character(text);
+    if (length == 0) return {text.substr(0, 1), false, false};
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+    const bool is_control =
+        byte(0) < 0x20 || byte(0) == 0x7f || (length == 2 && byte(0) == 0xc2 && byte(1) < 0xa0);
+    return {text.substr(0, length), true, is_control};
+}
+
 std::string quoted(std::string_view text) {
     // The end of a long path is its file name.
     constexpr std::size_t kMost = 160, kFirst = 40;
-    const bool is_long = text.size() > kMost;
     std::string out = "'";
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        if (is_long && i == kFirst) {
+    bool whole = text.size() <= kMost;
+    for (std::string_view rest = text; !rest.empty();) {
+        if (!whole && text.size() - rest.size() >= kFirst) {
+            whole = true;
             out += "...";
-            i = text.size() - (kMost - kFirst);
+            rest = text.substr(text.size() - (kMost - kFirst));
+            for (int i = 0; i < 3 && is_continuation(rest.front()); ++i) rest.remove_prefix(1);
         }
-        const auto byte = static_cast<unsigned char>(text[i]);
-        if (byte < 0x20 || byte == 0x7f)
-            out += fmt::format("\\x{:02x}", byte);
-        else
-            out += text[i];
+        const Character character = first_character(rest);
+        rest.remove_prefix(character.bytes.size());
+        if (character.is_valid && !character.is_control) {
+            out += character.bytes;
+            continue;
+        }
+        for (const char byte : character.bytes)
+            out += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
     }
     return out + "'";
 }

@@ -15,8 +15,16 @@
 
 namespace marrow::internal::io {
 
-/// A path or a word of a file in quotes, for a message: control characters are escaped, long text loses its
-/// middle.
+/// The first character of a text that is not empty, in UTF-8.
+struct Character {
+    std::string_view bytes;  ///< a single one if it is not valid
+    bool is_valid = false;   ///< not of a surrogate or noncharacter either
+    bool is_control = false;
+};
+Character first_character(std::string_view text);
+
+/// A path or a word of a file in quotes, for a message: control characters and bytes that are not UTF-8 are
+/// escaped, long text loses its middle.
 std::string quoted(std::string_view text);
 inline std::string quoted(const std::string& text) {
     return quoted(std::string_view(text));
