@@ -158,6 +158,7 @@ TEST(ReadNrrd, DataMayBeInOtherFiles) {
     write_file(folder / "data.raw", data);
     write_file(folder / "later.raw", "twelve bytes" + data);
     write_file(folder / "data.raw.gz", gzipped(data));
+    write_file(folder / "listmode.raw", "twelve bytes" + data);
     write_file(folder / "later.raw.gz", gzipped("twelve bytes" + data));
     write_file(folder / "sub/s07.raw", data.substr(0, data.size() / 2));
     write_file(folder / "sub/s08.raw", data.substr(data.size() / 2));
@@ -171,6 +172,8 @@ TEST(ReadNrrd, DataMayBeInOtherFiles) {
         nrrd(space + "data file: sub/s%02d.raw 7 8 1\n"),
         nrrd(space + "data file: LIST\nsub/s07.raw\nsub/s08.raw\n"),
     };
+        nrrd(space + "data file: list 2\nsub/s07.raw\nsub/s08.raw\n"),
+        nrrd(space + "data file: listmode.raw\nbyte skip: 12\n"),
     for (const auto& header : headers) {
         SCOPED_TRACE(header);
         EXPECT_EQ(samples_of<std::int16_t>(read_scan(write_file(folder / "n.nhdr", header))), samples());
@@ -184,6 +187,37 @@ TEST(ReadNrrd, DataMayBeInOtherFiles) {
                  encoding);
     }
     contains(refusal<IoError>(write_file(folder / "n.nhdr", nrrd(space + "data file: missing.raw\n"))),
+TEST(ReadNrrd, ImpossibleNumbersOfFilesAreRefused) {
+    TemporaryFolder folder;
+    for (const char* numbers : {"1 -9223372036854775807 -1", "-9223372036854775807 9223372036854775807 1",
+                                "0 1 9223372036854775807", "-9223372036854775808 -9223372036854775808 -1",
+                                "1 0 1", "0 1 0", "1 2 1"}) {
+        const std::string sizes =
+            "sizes: 1 1 " + std::string(numbers[0] == '1' && numbers[2] == '2' ? "1" : "2");
+        contains(refusal<InputError>(write_file(
+                     folder / "n.nhdr", "NRRD0004\ntype: uchar\ndimension: 3\n" + sizes +
+                                            "\nspacings: 1 1 1\nencoding: raw\ndata file: s%03d.raw " +
+                                            numbers + "\n")),
+                 "no valid range of numbers");
+    }
+    contains(refusal<InputError>(
+                 write_file(folder / "n.nhdr",
+                            "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 1 1 9000000000000000\nspacings: 1 "
+                            "1 1\nencoding: raw\ndata file: s%03d.raw 1 900000000 1\n")),
+             "no valid range of numbers");
+}
+
+TEST(ReadNrrd, MuMayBeGreek) {
+    TemporaryFolder folder;
+    for (const std::string mu : {"\xc2\xb5", "\xce\xbc"}) {
+        const std::string unit = "\"" + mu + "m\"";
+        const Volume volume = read_scan(write_file(
+            folder / "n.nrrd", nrrd("spacings: 1 1 1\nunits: " + unit + " " + unit + " " + unit + "\n\n") +
+                                   bytes_of(samples())));
+        EXPECT_DOUBLE_EQ(volume.geometry().spacing[0], 1e-3);
+    }
+}
+
              "missing.raw");
 }
 
@@ -193,12 +227,14 @@ TEST(ReadMetaImage, DataMayBeInOtherFiles) {
     write_file(folder / "data.raw", data);
     write_file(folder / "later.raw", "twelve bytes" + data);
     write_file(folder / "data.zraw", deflated(data, 15));
+    write_file(folder / "listmode.raw", data);
     write_file(folder / "s1", data.substr(0, data.size() / 2));
     write_file(folder / "s2", data.substr(data.size() / 2));
     for (const auto& header :
          {metaimage(space, "data.raw"), metaimage(space + "HeaderSize = 12\n", "later.raw"),
           metaimage(space + "HeaderSize = -1\n", "later.raw"),
-          metaimage(space + "CompressedData = True\n", "data.zraw"), metaimage(space, "LIST\ns1\ns2")}) {
+          metaimage(space + "CompressedData = True\n", "data.zraw"), metaimage(space, "LIST\ns1\ns2"),
+          metaimage(space, "listmode.raw")}) {
         SCOPED_TRACE(header);
         EXPECT_EQ(samples_of<std::int16_t>(read_scan(write_file(folder / "m.mhd", header))), samples());
     }

@@ -131,6 +131,10 @@ std::string_view take_word(std::string_view& text) {
     return word;
 }
 
+bool starts_with_word(std::string_view text, std::string_view word) {
+    return to_lower(take_word(text)) == word;
+}
+
 std::string_view take_line(std::string_view& text) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     const std::string_view line = text.substr(0, end);
@@ -149,7 +153,10 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 std::optional<double> millimetres(std::string_view unit) {
     const std::string u = to_lower(trimmed(unit));
     if (u == "mm" || u == "millimeter" || u == "millimetre") return 1.0;
-    if (u == "um" || u == "\xc2\xb5m" || u == "micron" || u == "micrometer" || u == "micrometre") return 1e-3;
+    // Unicode has the sign of micro, and the Greek letter that looks like it.
+    if (u == "um" || u == "\xc2\xb5m" || u == "\xce\xbcm" || u == "micron" || u == "micrometer" ||
+        u == "micrometre")
+        return 1e-3;
     if (u == "cm" || u == "centimeter" || u == "centimetre") return 10.0;
     if (u == "m" || u == "meter" || u == "metre") return 1e3;
     if (u == "nm" || u == "nanometer" || u == "nanometre") return 1e-6;

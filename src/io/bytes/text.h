@@ -51,6 +51,8 @@ std::string to_lower(std::string_view text);
 std::vector<std::string_view> split(std::string_view text);
 /// Removes the first word from `text`, and the white space before it, and returns it; empty at the end.
 std::string_view take_word(std::string_view& text);
+/// Whether the first word of a text, in any case, is this one, which is in lower case.
+bool starts_with_word(std::string_view text, std::string_view word);
 /// Removes the first line from `text` and returns it without its newline.
 std::string_view take_line(std::string_view& text);
 

@@ -66,7 +66,7 @@ Header parse(const std::filesystem::path& path) {
         fail<InputError>(path, "is not a MetaImage file: it has no ElementDataFile");
     }
     header.end = text.size() - rest.size();
-    if (to_lower(header.fields["elementdatafile"]).starts_with("list")) {
+    if (starts_with_word(header.fields["elementdatafile"], "list")) {
         while (!rest.empty()) {
             const std::string_view line = trimmed(take_line(rest));
             if (!line.empty()) header.listed_files.emplace_back(line);
@@ -152,11 +152,10 @@ void read_data_location(const Header& header, RawImage& image) {
     image.big_endian = header.flag({"binarydatabyteordermsb", "elementbyteordermsb"}, false);
 
     const std::string& name = *header.find({"elementdatafile"});
-    const std::string kind = to_lower(name);
-    if (kind == "local") {
+    if (to_lower(name) == "local") {
         image.files = {header.path};
         image.file_offset = static_cast<std::int64_t>(header.end);
-    } else if (kind.starts_with("list")) {
+    } else if (starts_with_word(name, "list")) {
         if (header.listed_files.empty()) header.refuse("lists no data file");
         for (const auto& file : header.listed_files) image.files.push_back(sibling_path(header.path, file));
     } else if (name.find('%') != name.npos) {

@@ -77,7 +77,7 @@ Header parse(const std::filesystem::path& path) {
         const std::string_view value = trimmed(line.substr(colon + 1));
         if (!header.fields.emplace(name, value).second)
             header.refuse(fmt::format("the field {} occurs twice", quoted(name)));
-        in_list = name == "data file" && to_lower(value).starts_with("list");
+        in_list = name == "data file" && starts_with_word(value, "list");
     }
     return header;
 }
@@ -292,11 +292,15 @@ void read_geometry(const Header& header, const std::vector<double>& sizes, RawIm
 // Expands "name%03d.raw 1 93 1" to the names with the numbers 1 to 93.
 std::vector<std::string> pattern_files(const Header& header, const std::vector<std::string_view>& parts,
                                        double most) {
-    const auto first = parse_integer(parts[1]);
-    const auto last = parse_integer(parts[2]);
-    const auto step = parse_integer(parts[3]);
+    const auto number = [&](std::size_t part) {
+        constexpr std::int64_t kLargest = 1'000'000'000;
+        const auto value = parse_integer(parts[part]);
+        return value && *value >= -kLargest && *value <= kLargest ? value : std::nullopt;
+    };
+    const auto first = number(1), last = number(2), step = number(3);
+    constexpr double kMostFiles = 1e6;
     if (!first || !last || !step || *step == 0 || (*last - *first) / *step < 0 ||
-        static_cast<double>((*last - *first) / *step) >= most) {
+        static_cast<double>((*last - *first) / *step) >= std::min(most, kMostFiles)) {
         header.refuse(fmt::format("'data file' has no valid range of numbers: {}",
                                   quoted(header.require("data file"))));
     }
@@ -335,7 +339,7 @@ void read_data_location(const Header& header, RawImage& image) {
     } else {
         const auto parts = split(*data_file);
         std::vector<std::string> names;
-        if (!parts.empty() && to_lower(parts[0]) == "list")
+        if (starts_with_word(*data_file, "list"))
             names = header.listed_files;
         else if (parts.size() >= 4 && parts[0].find('%') != parts[0].npos) {
             names = pattern_files(header, parts, static_cast<double>(image.geometry.dims[2]));
