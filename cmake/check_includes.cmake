@@ -83,7 +83,7 @@ foreach(room IN LISTS rooms)
 endforeach()
 
 set(image_libraries "png.h;tiffio.h;turbojpeg.h;zlib.h;charls/;dcmtk/;openjpeg-2.5/;openjpeg.h")
-check_folder(src/io/bytes src "base" "fmt/;zlib.h;archive;expat.h")
+check_folder(src/io/bytes src "base" "fmt/;nlohmann/;zlib.h;archive;expat.h")
 check_folder(src/io/scan src "base;io/bytes" "fmt/;${image_libraries}")
 check_folder(src/io/dicom src "base;io/bytes;io/scan" "fmt/;${image_libraries}")
 check_folder(src/io/zarr src "base;io/bytes" "fmt/;nlohmann/;blosc.h;lz4.h;zlib.h;zstd.h")

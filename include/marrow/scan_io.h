@@ -149,7 +149,7 @@ struct SeriesReport {
     bool oriented = true;                    ///< whether it is stated how the axes lie in the patient
     std::optional<bool> hounsfield;          ///< whether samples are Hounsfield units, if known
     std::optional<double> smallest_feature;  ///< mm; twice the coarsest spacing: the finest visible detail
-    std::uint64_t memory = 0;                ///< bytes that the samples need
+    std::uint64_t memory = 0;                ///< bytes that the samples need; 0 if they cannot be read
     /// If the series has several volumes, what distinguishes each: "echo time 12 ms". The other members
     /// describe the volume that ScanOptions::volume names, or the first.
     std::vector<std::string> volumes;

@@ -254,6 +254,11 @@ OpenedScan open_zarr(const fs::path& folder, const ScanOptions& options) {
         out.choice = fmt::format("{}: holds {} volumes; choose one from 0 to {} with options.volume: {}",
                                  quoted(folder), count, count - 1, examples(image.volumes));
     if (count > 1) out.volumes = std::move(image.volumes);
+    try {
+        check_stated_geometry(folder, image.geometry);
+    } catch (const GeometryError& error) {
+        out.damage = error.what();
+    }
     out.load = [=] { return load_zarr(image, options); };
     out.slices = [=] { return zarr_slices(image, options.threads); };
     out.boxes = [=] { return zarr_boxes(image); };
@@ -333,7 +338,8 @@ SeriesReport report_on(const OpenedScan& scan) {
     if (!scan.has_spacing) out.series.spacing = {0, 0, 0};
     out.warnings = scan.warnings;
     out.oriented = scan.oriented;
-    out.memory = static_cast<std::uint64_t>(geometry.sample_count()) * sample_size(scan.type);
+    if (!scan.damage)
+        out.memory = static_cast<std::uint64_t>(geometry.sample_count()) * sample_size(scan.type);
     out.volumes = scan.volumes;
     out.volume_count = scan.volume_count;
     out.levels = scan.levels;

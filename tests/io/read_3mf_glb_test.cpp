@@ -371,7 +371,7 @@ TEST_F(ReadGlb, RefusesUnsupportedFeatures) {
                                           return nested;
                                       }()})
         EXPECT_NE(refusal(file("a.glb", glb(opened, ""))).find("nested too deeply"), std::string::npos);
-    EXPECT_NE(refusal(file("a.glb", glb("[1,2", ""))).find("not a JSON"), std::string::npos);
+    EXPECT_NE(refusal(file("a.glb", glb("[1,2", ""))).find("not valid JSON"), std::string::npos);
 }
 
 }  // namespace

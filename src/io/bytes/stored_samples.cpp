@@ -53,6 +53,14 @@ std::optional<StoredType> find_type(std::span<const TypeName> table, std::string
     return {};
 }
 
+void check_stated_geometry(const std::filesystem::path& path, const Geometry& geometry) {
+    try {
+        check_geometry(geometry);
+    } catch (const InputError& error) {
+        fail<GeometryError>(path, "{}", error.what());
+    }
+}
+
 std::size_t stored_size(StoredType type) {
     return with_stored_type(type, [](auto v) { return sizeof v; });
 }

@@ -52,6 +52,9 @@ auto with_stored_type(StoredType type, F&& f) {
     }
 }
 
+/// Checks a geometry that a file states. \throw GeometryError what check_geometry() refuses, with the file
+void check_stated_geometry(const std::filesystem::path& path, const Geometry& geometry);
+
 /// Bytes of a sample.
 std::size_t stored_size(StoredType type);
 

@@ -4,8 +4,7 @@
 #include <limits>
 #include <map>
 
-#include <nlohmann/json.hpp>
-
+#include "io/bytes/json.h"
 #include "io/bytes/text.h"
 #include "reader.h"
 
@@ -45,13 +44,7 @@ class GlbReader {
             return all.substr(at + 8, size);
         };
         const std::string_view text = chunk(12);
-        constexpr int kMostDepth = 32;
-        const auto check_depth = [&](int depth, Json::parse_event_t, Json&) {
-            if (depth > kMostDepth) input.refuse("its JSON is nested too deeply");
-            return true;
-        };
-        json_ = Json::parse(text, check_depth, false);
-        if (!json_.is_object()) input.refuse("its description is not a JSON object");
+        json_ = parse_json_object(text, [&](const char* why) { input.refuse(why); });
         const std::uint64_t next = 20 + text.size();
         if (all.size() >= next + 8 && word(next + 4) == kBinary) buffer_ = chunk(next);
     }

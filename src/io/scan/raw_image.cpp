@@ -40,11 +40,7 @@ std::uint64_t checked_file_bytes(const RawImage& image) {
                              file_bytes, std::max(held, 0.0));
         }
     }
-    try {
-        check_geometry(image.geometry);
-    } catch (const InputError& error) {
-        fail<GeometryError>(image.files[0], "{}", error.what());
-    }
+    check_stated_geometry(image.files[0], image.geometry);
     const auto count = static_cast<std::uint64_t>(image.geometry.sample_count());
     if (count % image.files.size() != 0) {
         fail<InputError>(image.files[0], "{} samples cannot be divided evenly among {} data files", count,

@@ -386,7 +386,7 @@ std::int64_t slices_at_once(const ZarrImage& image) {
 
 // Chunks that are missing take no room on disk: an array can be larger than any machine.
 void check_memory(const ZarrImage& image) {
-    check_geometry(image.geometry);
+    check_stated_geometry(image.array.folder, image.geometry);
     const double needed = static_cast<double>(image.geometry.sample_count()) *
                           static_cast<double>(sample_size(loaded_type(image)));
     const double present =
@@ -417,7 +417,7 @@ Volume load_zarr(const ZarrImage& image, const ScanOptions& options) {
 }
 
 SliceSource zarr_slices(ZarrImage image, int threads) {
-    check_geometry(image.geometry);
+    check_stated_geometry(image.array.folder, image.geometry);
     const Geometry geometry = image.geometry;
     const SampleType type = loaded_type(image);
     const std::int64_t together = slices_at_once(image);
@@ -444,7 +444,7 @@ SliceSource zarr_slices(ZarrImage image, int threads) {
 }
 
 BoxSource zarr_boxes(ZarrImage image) {
-    check_geometry(image.geometry);
+    check_stated_geometry(image.array.folder, image.geometry);
     const Geometry geometry = image.geometry;
     const SampleType type = loaded_type(image);
     const std::size_t axes = image.array.shape.size();

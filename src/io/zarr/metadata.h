@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,7 +12,7 @@
 
 namespace marrow::internal::io {
 
-/// A value within a metadata file, which knows its file for error messages.
+/// A value within a metadata file, which knows its file for error messages. Copies share what was read.
 class Metadata {
   public:
     /// Reads a metadata file. \throw IoError; InputError it is not JSON, or too large
@@ -20,8 +21,8 @@ class Metadata {
     /// \throw InputError "<file>: Zarr metadata: <why>"
     [[noreturn]] void refuse(std::string_view why) const;
 
-    const std::filesystem::path& file() const { return file_; }
-    const nlohmann::json& json() const { return json_; }
+    const std::filesystem::path& file() const { return document_->file; }
+    const nlohmann::json& json() const { return *json_; }
 
     /// Whether this is an object with a member that is not null.
     bool has(const char* name) const;
@@ -38,12 +39,18 @@ class Metadata {
     std::vector<double> numbers() const;
 
   private:
-    Metadata(const std::filesystem::path& file, std::string name, const nlohmann::json& json)
-        : file_(file), name_(std::move(name)), json_(json) {}
+    struct Document {
+        std::filesystem::path file;
+        nlohmann::json json;
+    };
 
-    std::filesystem::path file_;
-    std::string name_;  // of the value, for messages
-    nlohmann::json json_;
+    /// A value inside another one.
+    Metadata(const Metadata& outer, std::string name, const nlohmann::json& json)
+        : document_(outer.document_), name_(std::move(name)), json_(&json) {}
+
+    std::shared_ptr<Document> document_;
+    std::string name_;            // of the value, for messages
+    const nlohmann::json* json_;  // in the document
 };
 
 }  // namespace marrow::internal::io

@@ -107,13 +107,23 @@ class BoxReader {
             array_.folder / (array_.prefix + fmt::format("{}", fmt::join(file, array_.separator)));
         const Box samples = part_in(box_, file, file_);
         if (!array_.index && fill_known(file, samples)) return;
-        std::error_code error;
-        const bool exists = fs::exists(path, error);
-        if (error) throw IoError(fmt::format("{}: cannot be opened: {}", quoted(path), error.message()));
+        const bool exists = is_there(path);
         if (array_.index) return read_shard(path, exists, file, samples);
         Buffers& buffers = buffers_.local();
         if (exists) read_bytes(path, 0, std::nullopt, buffers.stored);
         place(path, exists, buffers, file, samples);
+    }
+
+    // git-annex and DataLad leave a link that leads nowhere for a file that is not on this machine.
+    static bool is_there(const fs::path& path) {
+        std::error_code error;
+        const fs::file_status status = fs::symlink_status(path, error);
+        if (status.type() == fs::file_type::none)
+            throw IoError(fmt::format("{}: cannot be opened: {}", quoted(path), error.message()));
+        if (fs::is_symlink(status) && !fs::exists(path, error))
+            throw IoError(
+                fmt::format("{}: is a link to a file that is missing; fetch it first", quoted(path)));
+        return fs::exists(status);
     }
 
     void read_shard(const fs::path& path, bool exists, const Index& file, const Box& samples) const {
@@ -128,10 +138,10 @@ class BoxReader {
                 within = within * static_cast<std::size_t>(array_.index->chunks[a]) +
                          static_cast<std::size_t>(chunk[a] - file[a] * array_.index->chunks[a]);
             constexpr std::uint64_t kMissing = ~std::uint64_t{0};
-            const bool is_there = exists && index[2 * within] != kMissing;
+            const bool is_stored = exists && index[2 * within] != kMissing;
             Buffers& buffers = buffers_.local();
-            if (is_there) read_bytes(path, index[2 * within], index[2 * within + 1], buffers.stored);
-            place(path, is_there, buffers, chunk, samples_in_chunk);
+            if (is_stored) read_bytes(path, index[2 * within], index[2 * within + 1], buffers.stored);
+            place(path, is_stored, buffers, chunk, samples_in_chunk);
         });
     }
 
