@@ -1,9 +1,10 @@
 // read_scan, inspect_scan and open_slices for NRRD and MetaImage, and features of all volume files.
 #include <gtest/gtest.h>
 
-#include <cstring>
-
+#include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <fstream>
 
 #include <marrow/error.h>
 
@@ -157,8 +158,8 @@ TEST(ReadNrrd, DataMayBeInOtherFiles) {
     const std::string data = bytes_of(samples()), space = "spacings: 1 1 1\n";
     write_file(folder / "data.raw", data);
     write_file(folder / "later.raw", "twelve bytes" + data);
-    write_file(folder / "data.raw.gz", gzipped(data));
     write_file(folder / "listmode.raw", "twelve bytes" + data);
+    write_file(folder / "data.raw.gz", gzipped(data));
     write_file(folder / "later.raw.gz", gzipped("twelve bytes" + data));
     write_file(folder / "sub/s07.raw", data.substr(0, data.size() / 2));
     write_file(folder / "sub/s08.raw", data.substr(data.size() / 2));
@@ -171,9 +172,9 @@ TEST(ReadNrrd, DataMayBeInOtherFiles) {
         nrrd(space + "byteskip: 12\ndata file: later.raw.gz\n", "gz"),
         nrrd(space + "data file: sub/s%02d.raw 7 8 1\n"),
         nrrd(space + "data file: LIST\nsub/s07.raw\nsub/s08.raw\n"),
-    };
         nrrd(space + "data file: list 2\nsub/s07.raw\nsub/s08.raw\n"),
         nrrd(space + "data file: listmode.raw\nbyte skip: 12\n"),
+    };
     for (const auto& header : headers) {
         SCOPED_TRACE(header);
         EXPECT_EQ(samples_of<std::int16_t>(read_scan(write_file(folder / "n.nhdr", header))), samples());
@@ -187,6 +188,9 @@ TEST(ReadNrrd, DataMayBeInOtherFiles) {
                  encoding);
     }
     contains(refusal<IoError>(write_file(folder / "n.nhdr", nrrd(space + "data file: missing.raw\n"))),
+             "missing.raw");
+}
+
 TEST(ReadNrrd, ImpossibleNumbersOfFilesAreRefused) {
     TemporaryFolder folder;
     for (const char* numbers : {"1 -9223372036854775807 -1", "-9223372036854775807 9223372036854775807 1",
@@ -218,16 +222,13 @@ TEST(ReadNrrd, MuMayBeGreek) {
     }
 }
 
-             "missing.raw");
-}
-
 TEST(ReadMetaImage, DataMayBeInOtherFiles) {
     TemporaryFolder folder;
     const std::string data = bytes_of(samples()), space = "ElementSpacing = 1 1 1\n";
     write_file(folder / "data.raw", data);
     write_file(folder / "later.raw", "twelve bytes" + data);
-    write_file(folder / "data.zraw", deflated(data, 15));
     write_file(folder / "listmode.raw", data);
+    write_file(folder / "data.zraw", deflated(data, 15));
     write_file(folder / "s1", data.substr(0, data.size() / 2));
     write_file(folder / "s2", data.substr(data.size() / 2));
     for (const auto& header :
@@ -338,6 +339,28 @@ TEST(ReadScan, NamesInMessagesAreEscaped) {
     contains(refusal<InputError>(write_file(folder / "a\nb\x1b[31m.nii", "no")), "a\\x0ab\\x1b[31m.nii");
 }
 
+TEST(ReadScan, NamesInMessagesAreValidUtf8) {
+    TemporaryFolder folder;
+    contains(refusal<InputError>(write_file(folder / "sch\xe4"
+                                                     "del.nii",
+                                            "no")),
+             "sch\\xe4del.nii");
+    contains(refusal<InputError>(write_file(folder / "sch\xc3\xa4"
+                                                     "del.nii",
+                                            "no")),
+             "sch\xc3\xa4"
+             "del.nii");
+    // Wherever a long name loses its middle, its characters are whole.
+    for (std::size_t shift = 0; shift < 3; ++shift) {
+        std::string name(shift, 'a');
+        for (int i = 0; i < 70; ++i) name += "\xe9\xa0\xad";
+        std::string message = refusal<InputError>(write_file(folder / (name + ".nii"), "no"));
+        for (std::size_t at; (at = message.find("\xe9\xa0\xad")) != message.npos;) message.erase(at, 3);
+        EXPECT_TRUE(std::all_of(message.begin(), message.end(), [](char c) { return c > 0; })) << message;
+        contains(message, "...");
+    }
+}
+
 TEST(InspectScan, NeedsNoSamples) {
     TemporaryFolder folder;
     const ScanReport report = inspect_scan(write_file(folder / "n.nii", nifti().header()));
@@ -373,28 +396,6 @@ TEST(ReadScan, TruncatedAnywhereIsNeverReadAndNothingIsPrinted) {
         }
     }
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-}
-
-TEST(ReadScan, NamesInMessagesAreValidUtf8) {
-    TemporaryFolder folder;
-    contains(refusal<InputError>(write_file(folder / "sch\xe4"
-                                                     "del.nii",
-                                            "no")),
-             "sch\\xe4del.nii");
-    contains(refusal<InputError>(write_file(folder / "sch\xc3\xa4"
-                                                     "del.nii",
-                                            "no")),
-             "sch\xc3\xa4"
-             "del.nii");
-    // Wherever a long name loses its middle, its characters are whole.
-    for (std::size_t shift = 0; shift < 3; ++shift) {
-        std::string name(shift, 'a');
-        for (int i = 0; i < 70; ++i) name += "\xe9\xa0\xad";
-        std::string message = refusal<InputError>(write_file(folder / (name + ".nii"), "no"));
-        for (std::size_t at; (at = message.find("\xe9\xa0\xad")) != message.npos;) message.erase(at, 3);
-        EXPECT_TRUE(std::all_of(message.begin(), message.end(), [](char c) { return c > 0; })) << message;
-        contains(message, "...");
-    }
 }
 
 TEST(ReadScan, FlippedBytesNeverCrash) {
@@ -442,6 +443,43 @@ TEST(ReadScan, RawFilesReportProgressAndStop) {
     options.progress = [&](double) { return ++calls < 3; };
     EXPECT_THROW(read_scan(path, options), Cancelled);
     EXPECT_EQ(calls, 3);
+}
+
+// The bytes that this process has read from files.
+std::uint64_t bytes_read() {
+    std::ifstream counts("/proc/self/io");
+    std::string name;
+    std::uint64_t count = 0;
+    while (counts >> name >> count && name != "rchar:") {
+    }
+    return count;
+}
+
+TEST(ReadScan, AVolumeBehindOthersIsReachedWithoutReadingThem) {
+    TemporaryFolder folder;
+    NiftiWriter n = nifti();
+    constexpr std::int16_t kBefore = 30'000;
+    n.dim = {4, nx, ny, nz, std::int16_t{kBefore + 1}};
+    const std::string data = bytes_of(samples());
+    const std::string bytes = n.header() + std::string(kBefore * data.size(), '\1') + data;
+    ScanOptions options;
+    options.volume = kBefore;
+    const fs::path path = write_file(folder / "n.nii", bytes);
+    const std::uint64_t before = bytes_read();
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(path, options)), samples());
+    EXPECT_LT(bytes_read() - before, 100'000u);
+
+    // Compressed, they are passed over with progress.
+    const fs::path compressed = write_file(folder / "n.nii.gz", gzipped(bytes));
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(compressed, options)), samples());
+    std::vector<double> fractions;
+    options.progress = [&](double fraction) {
+        fractions.push_back(fraction);
+        return fraction < 0.5;
+    };
+    EXPECT_THROW(read_scan(compressed, options), Cancelled);
+    EXPECT_EQ(fractions.size(), 2u);
+    EXPECT_LT(fractions.back(), 1);
 }
 
 // Reads a file as a whole and slice by slice.

@@ -34,6 +34,11 @@ struct ByteStream::State {
         if (compressed) inflateEnd(&zip);
     }
 
+    void seek(std::uint64_t offset, int from) const {
+        if (::lseek(descriptor, static_cast<off_t>(offset), from) < 0)
+            fail<IoError>(path, "cannot be read: {}", std::strerror(errno));
+    }
+
     std::size_t read_file(void* to, std::size_t size) {
         std::size_t done = 0;
         while (done < size) {
@@ -130,19 +135,19 @@ void ByteStream::read(void* to, std::size_t size) {
     }
 }
 
-void ByteStream::skip(std::uint64_t size) {
-    std::array<char, 4096> bin;
+void ByteStream::skip(std::uint64_t size, const std::function<void(std::size_t)>& passed) {
+    if (!state_->compressed) return state_->seek(size, SEEK_CUR);
+    std::vector<char> bin(static_cast<std::size_t>(std::min<std::uint64_t>(size, std::uint64_t{1} << 20)));
     while (size > 0) {
         const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(size, bin.size()));
         read(bin.data(), part);
         size -= part;
+        passed(part);
     }
 }
 
 void ByteStream::seek(std::uint64_t offset) {
-    if (::lseek(state_->descriptor, static_cast<off_t>(offset), SEEK_SET) < 0) {
-        fail<IoError>(state_->path, "cannot be read: {}", std::strerror(errno));
-    }
+    state_->seek(offset, SEEK_SET);
 }
 
 void ByteStream::verify_end() {

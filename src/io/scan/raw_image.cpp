@@ -127,20 +127,25 @@ Volume load_raw(const RawImage& image, const Progress& progress) {
     const std::uint64_t file_bytes = checked_file_bytes(image);
     Volume volume(image.geometry, loaded_type(image));
     volume.set_rescale(image.kept);
-    const std::size_t kept = sample_size(volume.type());
-    const std::size_t total = volume.bytes() / kept;
-    const std::size_t in_file = checked_size(file_bytes / stored_size(image.type));
+    const std::size_t stored = stored_size(image.type);
+    const std::size_t in_file = checked_size(file_bytes / stored);
+    const std::size_t kept_in_file = in_file * sample_size(volume.type());
     auto* out = static_cast<std::byte*>(volume.data());
-    std::size_t done = 0;
+    // What is compressed is read also where it is only passed over.
+    const auto offset = static_cast<std::uint64_t>(image.data_offset);
+    const std::uint64_t total = image.files.size() * (file_bytes + (image.compressed ? offset : 0));
+    std::uint64_t done = 0;
+    const auto advance = [&](std::size_t bytes) {
+        done += bytes;
+        internal::report_progress(progress, static_cast<double>(done) / static_cast<double>(total));
+    };
     internal::report_progress(progress, 0);
     for (const auto& path : image.files) {
         ByteStream stream(path, image.compressed ? Compression::zlib : Compression::none,
                           data_begin(image, path, file_bytes));
-        stream.skip(static_cast<std::uint64_t>(image.data_offset));
-        read_samples(stream, image, in_file, out + done * kept, [&](std::size_t n) {
-            done += n;
-            internal::report_progress(progress, static_cast<double>(done) / static_cast<double>(total));
-        });
+        stream.skip(offset, advance);
+        read_samples(stream, image, in_file, out, [&](std::size_t n) { advance(n * stored); });
+        out += kept_in_file;
         stream.verify_end();
     }
     return volume;
