@@ -2,11 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <vtkCellArray.h>
+#include <vtkFieldData.h>
 #include <vtkNew.h>
 #include <vtkPLYWriter.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkSTLWriter.h>
+#include <vtkStringArray.h>
+#include <vtkXMLPolyDataReader.h>
 #include <vtkXMLPolyDataWriter.h>
 
 #include <array>
@@ -56,6 +59,24 @@ void expect_same(const Mesh& read, const Mesh& mesh) {
 }
 
 class ReadMesh : public testing::Test {
+// Calls `write(set)` for every form of VTK's files that is read; `set` sets the writer to the form.
+template <class Writer, class Write>
+void in_every_form(Writer& vtp, Write write) {
+    for (const int mode : {vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended}) {
+        for (const bool packed : {false, true}) {
+            for (const bool base64 : {false, true}) {
+                write([&vtp, mode, packed, base64] {
+                    vtp->SetDataMode(mode);
+                    packed ? vtp->SetCompressorTypeToZLib() : vtp->SetCompressorTypeToNone();
+                    vtp->SetEncodeAppendedData(base64);
+                    vtp->SetBlockSize(1000 * 24);
+                    base64 ? vtp->SetHeaderTypeToUInt32() : vtp->SetHeaderTypeToUInt64();
+                });
+            }
+        }
+    }
+}
+
   protected:
     fs::path write(const std::string& name, const std::string& text) {
         write_file(folder / name, text);
@@ -157,7 +178,7 @@ TEST_F(ReadMesh, ReadsWhatVtkWrites) {
     const auto same_surface = [&](const fs::path& file) {
         Space stated = Space::RAS;
         const Mesh read = read_mesh(file, &stated);
-        EXPECT_EQ(stated, Space::none) << "VTK states no space";
+        EXPECT_EQ(stated, Space::none) << "VTK states no space of its own";
         EXPECT_EQ(triangle_positions(read), triangle_positions(mesh)) << file;
     };
     const auto write_with = [&](auto& writer, const char* name, auto... settings) {
@@ -174,19 +195,30 @@ TEST_F(ReadMesh, ReadsWhatVtkWrites) {
     write_with(ply, "little.ply", [&] { ply->SetFileTypeToBinary(), ply->SetDataByteOrderToLittleEndian(); });
     write_with(ply, "big.ply", [&] { ply->SetDataByteOrderToBigEndian(); });
     vtkNew<vtkXMLPolyDataWriter> vtp;
-    for (const int mode : {vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended}) {
-        for (const bool packed : {false, true}) {
-            for (const bool base64 : {false, true}) {
-                write_with(vtp, "a.vtp", [&] {
-                    vtp->SetDataMode(mode);
-                    packed ? vtp->SetCompressorTypeToZLib() : vtp->SetCompressorTypeToNone();
-                    vtp->SetEncodeAppendedData(base64);
-                    vtp->SetBlockSize(1000 * 24);
-                    base64 ? vtp->SetHeaderTypeToUInt32() : vtp->SetHeaderTypeToUInt64();
-                });
-            }
-        }
-    }
+    in_every_form(vtp, [&](auto set) { write_with(vtp, "a.vtp", set); });
+}
+
+TEST_F(ReadMesh, KeepsSpaceAndNamesOfAVtpThatVtkSavesAgain) {
+    write_meshes(std::array{MeshObject{mesh, "bone"}, MeshObject{mesh, "skin"}}, folder / "a.vtp",
+                 {.space = Space::RAS});
+    vtkNew<vtkXMLPolyDataReader> reader;
+    reader->SetFileName((folder / "a.vtp").c_str());
+    reader->Update();
+    const fs::path file = folder / "b.vtp";
+    vtkNew<vtkXMLPolyDataWriter> vtp;
+    in_every_form(vtp, [&](auto set) {
+        vtp->SetInputData(reader->GetOutput());
+        vtp->SetFileName(file.c_str());
+        set();
+        vtp->Write();
+        Space stated = Space::none;
+        const std::vector<NamedMesh> read = read_meshes(file, &stated);
+        EXPECT_EQ(stated, Space::RAS);
+        ASSERT_EQ(read.size(), 2u);
+        EXPECT_EQ(read[0].name, "bone");
+        EXPECT_EQ(read[1].name, "skin");
+        expect_same(read[0].mesh, mesh);
+    });
 }
 
 TEST_F(ReadMesh, ReadsTextFormatsAsOthersWriteThem) {

@@ -85,7 +85,7 @@ class VtpReader : public XmlVisitor {
             if (!element.get("NumberOfStrips").empty() && element.get("NumberOfStrips") != "0")
                 input_.refuse("has triangle strips, which are not supported");
         }
-        array_ = tag == "DataArray" ? array_named(element.get("Name")) : nullptr;
+        array_ = is_array(tag) ? array_named(element.get("Name")) : nullptr;
         if (array_)
             *array_ = {std::string(element.get("Name")), std::string(element.get("type")),
                        std::string(element.get("format")), std::string(element.get("offset")), ""};
@@ -94,12 +94,15 @@ class VtpReader : public XmlVisitor {
 
     void end(std::string_view, std::string_view tag) override {
         if (tag == section_) section_.clear();
-        if (tag == "DataArray") array_ = nullptr;
+        if (is_array(tag)) array_ = nullptr;
     }
 
     void text(std::string_view text) override {
         if (array_) array_->text += text;
     }
+
+    // VTK writes arrays of text as Array.
+    static bool is_array(std::string_view tag) { return tag == "DataArray" || tag == "Array"; }
 
     // Where an array of the current section is kept; null if it is not needed.
     Array* array_named(std::string_view name) {
