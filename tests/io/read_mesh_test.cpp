@@ -24,6 +24,7 @@
 
 #include "support/fields.h"
 #include "support/mesh_checks.h"
+#include "support/scan_files.h"
 #include "support/temporary_folder.h"
 
 namespace marrow::test {
@@ -309,6 +310,19 @@ TEST_F(ReadMesh, RefusesFilesThatAreCutOff) {
         }
     }
 }
+TEST_F(ReadMesh, CompressedFilesThatExpandEndlesslyAreRefused) {
+    const std::string packed = gzipped(std::string(70 << 20, '\n'));
+    for (const char* name : {"a.stl.gz", "a.ply.gz", "a.obj.gz"}) {
+        try {
+            read_mesh(write(name, packed));
+            FAIL() << name;
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find("expands to more than 100 times"), std::string::npos)
+                << error.what();
+        }
+    }
+}
+
 
 TEST_F(ReadMesh, RefusesCompressedFilesThatAreCutOffOrDamaged) {
     for (const char* name : {"a.stl.gz", "a.ply.gz", "a.obj.gz"}) {

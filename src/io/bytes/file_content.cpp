@@ -27,6 +27,8 @@ FileContent read_content(const std::filesystem::path& path, Compression compress
         bytes.resize(size + kChunk);
         read = stream.read_some(bytes.data() + size, kChunk);
         size += read;
+        if (size > most_expanded(stream.file_size()))
+            content.refuse("expands to more than 100 times the size of the file");
     } while (read > 0);
     bytes.resize(size);
     stream.verify_end();

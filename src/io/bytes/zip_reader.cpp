@@ -49,10 +49,8 @@ std::string ZipReader::decompress() {
     std::string piece(std::size_t{1} << 20, '\0');
     const la_ssize_t size = archive_read_data(opened_.get(), piece.data(), piece.size());
     if (size < 0) refuse("is damaged or not supported: " + reason());
-    // Meshes become 3 to 10 times as long, while a bomb of a few megabytes would keep the reader busy.
-    constexpr std::uint64_t kMostExpansion = 100, kAlwaysFits = std::uint64_t{1} << 26;
     read_ += static_cast<std::uint64_t>(size);
-    if (read_ > std::max(kAlwaysFits, kMostExpansion * archive_.bytes.size()))
+    if (read_ > most_expanded(archive_.bytes.size()))
         refuse("expands to more than 100 times the size of the archive");
     piece.resize(static_cast<std::size_t>(size));
     return piece;

@@ -206,9 +206,8 @@ class VtpReader : public XmlVisitor {
         }
         const std::string bytes = unpack(text, raw);
         // Pieces can share an array, and zlib compresses zeros well: a small file could hold a huge mesh.
-        constexpr std::uint64_t kMostExpansion = 100, kAlwaysFits = std::uint64_t{1} << 26;
         unpacked_ += bytes.size();
-        if (unpacked_ > std::max(kAlwaysFits, kMostExpansion * input_.bytes.size()))
+        if (unpacked_ > most_expanded(input_.bytes.size()))
             input_.refuse("its arrays expand to more than 100 times the size of the file");
         static constexpr TypeName kNames[] = {
             {"Float32", StoredType::float32},   {"Float64", StoredType::float64},
