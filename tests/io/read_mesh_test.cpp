@@ -59,7 +59,6 @@ void expect_same(const Mesh& read, const Mesh& mesh) {
     EXPECT_TRUE(read.normals.empty());
 }
 
-class ReadMesh : public testing::Test {
 // Calls `write(set)` for every form of VTK's files that is read; `set` sets the writer to the form.
 template <class Writer, class Write>
 void in_every_form(Writer& vtp, Write write) {
@@ -78,6 +77,7 @@ void in_every_form(Writer& vtp, Write write) {
     }
 }
 
+class ReadMesh : public testing::Test {
   protected:
     fs::path write(const std::string& name, const std::string& text) {
         write_file(folder / name, text);
@@ -247,6 +247,18 @@ TEST_F(ReadMesh, ReadsTextFormatsAsOthersWriteThem) {
     EXPECT_TRUE(ply.triangles == obj.triangles);
 }
 
+TEST_F(ReadMesh, ObjMayContinueLinesAndEndThemByCarriageReturns) {
+    const Mesh square = read_mesh(write("a.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4"));
+    for (const char* text : {"v 0 0 0\rv 1 0 0\rv 1 1 0\rv 0 1 0\rf 1 2 3 4\r",
+                             "# C:\\scans\\\nv 0 0 0\nv 1 \\\n0 0\nv 1 1 0\nv 0 1 0\nf 1 2\\\n 3 \\\n4\n",
+                             "v 0 \\\r\n0 0\r\nv 1 0 0\r\nv 1 1 0\r\nv 0 1 0\r\nf 1 2 3\\\r\n4\r\n"}) {
+        const Mesh read = read_mesh(write("b.obj", text));
+        EXPECT_TRUE(read.points == square.points) << text;
+        EXPECT_TRUE(read.triangles == square.triangles) << text;
+    }
+    EXPECT_EQ(read_mesh(write("c.obj", "v 0 0 0\\")).points.size(), 1u);
+}
+
 std::string stl_facet(int vertices) {
     std::string text = "facet normal 0 0 1\nouter loop\n";
     for (int v = 0; v < vertices; ++v)
@@ -300,7 +312,7 @@ TEST_F(ReadMesh, RefusesPlyWhoseGeometryIsInAnotherForm) {
 }
 
 TEST_F(ReadMesh, RefusesFilesThatAreCutOff) {
-    for (const char* name : {"a.stl", "a.ply", "a.vtp"}) {
+    for (const char* name : {"a.stl", "a.ply", "a.vtp", "a.obj"}) {
         write_mesh(mesh, folder / name);
         const std::string whole = read_file(folder / name);
         for (const double fraction : {0.0, 0.02, 0.1, 0.5, 0.97}) {
@@ -310,6 +322,23 @@ TEST_F(ReadMesh, RefusesFilesThatAreCutOff) {
         }
     }
 }
+
+TEST_F(ReadMesh, RefusesObjThatIsCutOffInItsLastLine) {
+    write_mesh(mesh, folder / "a.obj");
+    std::string text = read_file(folder / "a.obj");
+    text.pop_back();
+    EXPECT_THROW(read_mesh(write("b.obj", text)), InputError);
+    text.replace(0, text.find('\n'), "# by another program");
+    EXPECT_NO_THROW(read_mesh(write("b.obj", text))) << "others may leave out the last newline";
+}
+
+TEST_F(ReadMesh, OnlyMarrowsObjMayBeEmpty) {
+    write_mesh(Mesh{}, folder / "empty.obj");
+    EXPECT_TRUE(read_mesh(folder / "empty.obj").points.empty());
+    for (const char* text : {"", "hello", "# Marrow", "# a comment\n", "\x7f\x45\x4c\x46\n"})
+        EXPECT_THROW(read_mesh(write("a.obj", text)), InputError) << text;
+}
+
 TEST_F(ReadMesh, CompressedFilesThatExpandEndlesslyAreRefused) {
     const std::string packed = gzipped(std::string(70 << 20, '\n'));
     for (const char* name : {"a.stl.gz", "a.ply.gz", "a.obj.gz"}) {
@@ -322,7 +351,6 @@ TEST_F(ReadMesh, CompressedFilesThatExpandEndlesslyAreRefused) {
         }
     }
 }
-
 
 TEST_F(ReadMesh, RefusesCompressedFilesThatAreCutOffOrDamaged) {
     for (const char* name : {"a.stl.gz", "a.ply.gz", "a.obj.gz"}) {

@@ -1,14 +1,46 @@
 // Reads Wavefront OBJ: points, faces and objects.
+#include <algorithm>
+
 #include "io/bytes/text.h"
 #include "reader.h"
 
 namespace marrow::internal::io {
 
+namespace {
+
+// Removes the first line, which a line feed, a carriage return or both end.
+std::string_view take_any_line(std::string_view& text) {
+    const auto end = std::find_if(text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; });
+    const std::string_view line(text.begin(), end);
+    text.remove_prefix(line.size());
+    text.remove_prefix(text.starts_with("\r\n") ? 2 : std::min<std::size_t>(1, text.size()));
+    return line;
+}
+
+// Removes the first line, and those that continue it after a backslash; `joined` holds them.
+std::string_view take_statement(std::string_view& text, std::string& joined) {
+    std::string_view line = take_any_line(text);
+    // A comment may end with the path of a folder.
+    if (!line.ends_with('\\') || line.starts_with('#')) return line;
+    joined.clear();
+    for (; line.ends_with('\\'); line = take_any_line(text)) {
+        line.remove_suffix(1);
+        joined.append(line).append(" ");
+    }
+    return joined.append(line);
+}
+
+}  // namespace
+
 Mesh read_obj(const FileContent& input, Space& space, std::vector<ObjectStart>& objects) {
+    // Other programs may leave out the last newline, so that their files do not show that they are cut off.
+    const bool is_marrows = input.bytes.starts_with("# Marrow ");
+    if (is_marrows && !input.bytes.ends_with('\n')) input.refuse("the file is cut off");
     Mesh mesh;
     std::vector<std::int64_t> corners;
+    std::string joined;
     for (std::string_view rest = input.bytes; !rest.empty();) {
-        const std::string_view line = take_line(rest);
+        const std::string_view line = take_statement(rest, joined);
         if (line.starts_with('#') && space == Space::none) space = stated_space(line);
         const std::vector<std::string_view> w = split(line);
         if (w.empty()) continue;
@@ -26,6 +58,7 @@ Mesh read_obj(const FileContent& input, Space& space, std::vector<ObjectStart>& 
         }
         add_polygon(input, corners, mesh.points.size(), mesh);
     }
+    if (mesh.points.empty() && !is_marrows) input.refuse("is not an OBJ file, or has no points");
     return mesh;
 }
 
