@@ -14,7 +14,7 @@ namespace marrow {
 ///
 /// The content goes to a temporary file in the target's folder. finish() flushes it to the disk and commit()
 /// renames it to the target. Until then an older target is untouched. Without commit() the destructor removes
-/// the temporary file. If the target is a symbolic link, the file that it points to is replaced.
+/// the temporary file. If the target is a symbolic link, the file that it points to is replaced, or made.
 /// \throw IoError every member function, if the system reports an error
 class MARROW_EXPORT AtomicFile {
   public:

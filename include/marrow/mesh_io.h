@@ -200,8 +200,8 @@ class MARROW_EXPORT SharedSurfaceWriter {
 
 /// Writes what a part owns to its places in the file. Writing a part again changes nothing. Any
 /// number of processes and threads may write different parts at the same time. Parts of whole rows of
-/// samples are written in large pieces, and parts that are cut across x row by row. The part is
-/// changed on the way: move it here.
+/// samples are written in large pieces, and parts that are cut across x row by row. The part is then on
+/// the disk. It is changed on the way: move it here.
 /// \throw InputError the part lies beyond the surface, or has normals and the file
 /// does not, or the reverse; IoError
 MARROW_EXPORT void write_part(const SharedSurfaceFile& file, NumberedPart part);

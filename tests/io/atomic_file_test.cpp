@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <marrow/atomic_file.h>
 #include <marrow/error.h>
@@ -51,6 +53,47 @@ TEST(AtomicFile, FollowsSymbolicLinks) {
     EXPECT_EQ(read_file(folder / "there/a"), "new");
 }
 
+TEST(AtomicFile, FollowsLinksToAFileThatDoesNotExistYet) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "there");
+    std::filesystem::create_symlink("../again", folder / "there/link");
+    std::filesystem::create_symlink(folder / "there/a", folder / "again");
+    AtomicFile file(folder / "there/link");
+    file.write("new");
+    file.commit();
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "there/link"));
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "again"));
+    EXPECT_EQ(read_file(folder / "there/a"), "new");
+
+    std::filesystem::create_symlink("loop", folder / "loop");
+    std::filesystem::create_symlink("missing/a", folder / "lost");
+    EXPECT_THROW(AtomicFile{folder / "loop"}, IoError);
+    EXPECT_THROW(AtomicFile{folder / "lost"}, IoError);
+    EXPECT_EQ(folder.files(), (Names{"again", "loop", "lost", "there"}));
+}
+
+TEST(AtomicFile, NeedsNoPermissionToListTheFolder) {
+    const TemporaryFolder folder;
+    std::filesystem::permissions(folder.path(), static_cast<std::filesystem::perms>(0333));
+    const pid_t child = fork();
+    if (child == 0) {
+        if (geteuid() == 0 && setuid(65534) != 0) _exit(2);  // root may list any folder
+        try {
+            AtomicFile file(folder / "a");
+            file.write("new");
+            file.commit();
+        } catch (const IoError&) {
+            _exit(1);
+        }
+        _exit(0);
+    }
+    int status = -1;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_all);
+    EXPECT_EQ(status, 0);
+    EXPECT_EQ(read_file(folder / "a"), "new");
+}
+
 TEST(AtomicFile, GivesThePermissionsOfANewFile) {
     const TemporaryFolder folder;
     AtomicFile file(folder / "a");
@@ -84,6 +127,10 @@ TEST(AtomicFile, ReportsTheErrorOfTheSystem) {
         return "opened";
     };
     EXPECT_NE(message(folder / "missing/a").find("there is no folder"), std::string::npos);
+    EXPECT_EQ(message(folder / "a\nb/c").find('\n'), std::string::npos) << "one line";
+    std::filesystem::create_symlink("missing/a", folder / "lost");
+    EXPECT_NE(message(folder / "lost").find("there is no folder"), std::string::npos)
+        << message(folder / "lost");
     // This folder exists, but no file can be created in it.
     const std::string proc = message("/proc/a");
     EXPECT_EQ(proc.find("there is no folder"), std::string::npos) << proc;
@@ -120,7 +167,3 @@ TEST(AtomicFile, LeavesNothingWhenTheSystemStopsWriting) {
 
 }  // namespace
 }  // namespace marrow::test
-    EXPECT_EQ(message(folder / "a\nb/c").find('\n'), std::string::npos) << "one line";
-    std::filesystem::create_symlink("missing/a", folder / "lost");
-    EXPECT_NE(message(folder / "lost").find("there is no folder"), std::string::npos)
-        << message(folder / "lost");

@@ -11,6 +11,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <marrow/error.h>
+#include <marrow/mesh_io.h>
+#include <marrow/parts.h>
+
+#include "support/fields.h"
 #include "support/small_scans.h"
 
 extern char** environ;
@@ -24,11 +29,12 @@ struct Process {
     std::int64_t peak_bytes = 0;
 };
 
-// Runs `marrow ARGUMENTS...` with additional environment variables. Sends `kill_signal` after `delay`, if it
+// Runs `PROGRAM ARGUMENTS...` with additional environment variables. Sends `kill_signal` after `delay`, if it
 // is not 0.
 Process run(std::vector<std::string> arguments, const std::vector<std::string>& more,
-            const TemporaryFolder& scratch, int kill_signal = 0, std::chrono::microseconds delay = {}) {
-    arguments.insert(arguments.begin(), MARROW_PROGRAM);
+            const TemporaryFolder& scratch, int kill_signal = 0, std::chrono::microseconds delay = {},
+            const char* program = MARROW_PROGRAM) {
+    arguments.insert(arguments.begin(), program);
     std::vector<char*> argv;
     for (auto& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
@@ -44,7 +50,7 @@ Process run(std::vector<std::string> arguments, const std::vector<std::string>& 
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
                                      0666);
     pid_t pid = 0;
-    const int error = posix_spawn(&pid, MARROW_PROGRAM, &actions, nullptr, argv.data(), environment.data());
+    const int error = posix_spawn(&pid, program, &actions, nullptr, argv.data(), environment.data());
     posix_spawn_file_actions_destroy(&actions);
     if (error != 0) return {-1, "cannot start"};
     if (kill_signal != 0) {
@@ -56,6 +62,18 @@ Process run(std::vector<std::string> arguments, const std::vector<std::string>& 
     wait4(pid, &status, 0, &usage);
     return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), read_file(err),
             std::int64_t{usage.ru_maxrss} * 1024};
+}
+
+// The settings that make the n-th `call` on files of the folder fail.
+std::vector<std::string> fault(const TemporaryFolder& folder, const std::string& call, int n, int error,
+                               const TemporaryFolder& scratch) {
+    return {"LD_PRELOAD=" MARROW_FAULT_SHIM,
+            "ASAN_OPTIONS=verify_asan_link_order=0",
+            "MARROW_FAULT_FOLDER=" + folder.path().string(),
+            "MARROW_FAULT_CALL=" + call,
+            "MARROW_FAULT_AT=" + std::to_string(n),
+            "MARROW_FAULT_ERRNO=" + std::to_string(error),
+            "MARROW_FAULT_FIRED=" + (scratch / "fired").string()};
 }
 
 // Runs the command with the n-th `call` failing, n = 1, 2, ..., until it has fewer calls. Each time the mesh
@@ -73,13 +91,7 @@ void fail_each(const std::vector<std::string>& command, const TemporaryFolder& f
         SCOPED_TRACE(call + " number " + std::to_string(n) + " fails with error " + std::to_string(error));
         write_file(mesh, "old");
         fs::remove(scratch / "fired");
-        const Process process =
-            run(command,
-                {"LD_PRELOAD=" MARROW_FAULT_SHIM, "ASAN_OPTIONS=verify_asan_link_order=0",
-                 "MARROW_FAULT_FOLDER=" + folder.path().string(), "MARROW_FAULT_CALL=" + call,
-                 "MARROW_FAULT_AT=" + std::to_string(n), "MARROW_FAULT_ERRNO=" + std::to_string(error),
-                 "MARROW_FAULT_FIRED=" + (scratch / "fired").string()},
-                scratch);
+        const Process process = run(command, fault(folder, call, n, error, scratch), scratch);
         EXPECT_EQ(folder.files(), files);
         if (!fs::exists(scratch / "fired")) {
             EXPECT_EQ(process.code, 0) << process.err;
@@ -235,6 +247,28 @@ TEST(Faults, ReadOnlyFoldersAreRefused) {
     EXPECT_EQ(locked.code, 3);
     EXPECT_NE(locked.err.find("Permission denied"), locked.err.npos) << locked.err;
     EXPECT_TRUE(fs::is_empty(folder / "locked"));
+}
+
+// Runs in a process of its own, whose system calls fail.
+TEST(Faults, DISABLED_WritesAPart) {
+    const Volume volume = sampled_in_space<float>(grid(9, 9, 9), sphere({4, 4, 4}, 3));
+    const std::vector<PartCounts> counts{count_part(volume, volume.geometry().dims, 0, {})};
+    const SharedSurfaceWriter writer(std::getenv("MARROW_FAULT_FOLDER") + std::string("/a.ply"),
+                                     counts[0].total(), true);
+    EXPECT_THROW(write_part(writer.file(), extract_numbered_part(volume, number_parts(counts)[0], 0, {})),
+                 IoError);
+}
+
+// A full quota of a network's file system shows only when a file is flushed or closed.
+TEST(Faults, APartThatIsNotOnTheDiskIsReported) {
+    for (const char* call : {"fsync", "close"}) {
+        TemporaryFolder folder, scratch;
+        const Process process =
+            run({"--gtest_filter=Faults.DISABLED_WritesAPart", "--gtest_also_run_disabled_tests"},
+                fault(folder, call, 1, EDQUOT, scratch), scratch, 0, {}, "/proc/self/exe");
+        EXPECT_EQ(process.code, 0) << call;
+        EXPECT_TRUE(fs::exists(scratch / "fired")) << call;
+    }
 }
 
 }  // namespace

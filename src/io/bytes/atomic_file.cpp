@@ -26,10 +26,26 @@ fs::path folder_of(const fs::path& file) {
     return folder.empty() ? fs::path(".") : folder;
 }
 
-// A rename is durable once its folder is flushed. Some file systems cannot flush folders and return EINVAL.
+// The file that a path names, with all links followed, also one to a file that does not exist yet.
+fs::path followed(fs::path path, std::error_code& error) {
+    constexpr int kMostLinks = 40;  // as Linux
+    for (int links = 0; links <= kMostLinks; ++links) {
+        path = fs::weakly_canonical(path, error);
+        std::error_code ignored;
+        if (error || !fs::is_symlink(fs::symlink_status(path, ignored))) return path;
+        const fs::path next = fs::read_symlink(path, error);
+        if (error) return path;
+        path = path.parent_path() / next;
+    }
+    error = std::make_error_code(std::errc::too_many_symbolic_link_levels);
+    return path;
+}
+
+// A rename is durable once its folder is flushed. Some file systems cannot flush folders and return EINVAL. A
+// folder that may be written to but not listed cannot be opened; its file is there all the same.
 int flush_folder(const fs::path& folder) {
     const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor < 0) return errno;
+    if (descriptor < 0) return errno == EACCES ? 0 : errno;
     const int error = ::fsync(descriptor) == 0 || errno == EINVAL ? 0 : errno;
     ::close(descriptor);
     return error;
@@ -39,7 +55,7 @@ int flush_folder(const fs::path& folder) {
 
 AtomicFile::AtomicFile(const fs::path& target) : named_(target) {
     std::error_code error;
-    target_ = fs::weakly_canonical(target, error);
+    target_ = followed(target, error);
     if (error) fail(error.value());
     const fs::file_status status = fs::status(target_, error);
     if (!target_.has_filename() || fs::is_directory(status)) fail(EISDIR);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -47,9 +48,17 @@ class ExistingFile {
         : path_(path), descriptor_(::open(path.c_str(), O_WRONLY | O_CLOEXEC)) {
         if (descriptor_ < 0) fail();
     }
-    ~ExistingFile() { ::close(descriptor_); }
+    ~ExistingFile() {
+        if (descriptor_ >= 0) ::close(descriptor_);
+    }
     ExistingFile(const ExistingFile&) = delete;
     ExistingFile& operator=(const ExistingFile&) = delete;
+
+    // Flushes and closes the file: over a network, a full disk may show only then.
+    void finish() {
+        if (::fsync(descriptor_) != 0) fail();
+        if (::close(std::exchange(descriptor_, -1)) != 0) fail();
+    }
 
     void seek(std::uint64_t offset) { offset_ = offset; }
     void write(const void* data, std::size_t bytes) {
@@ -72,7 +81,7 @@ class ExistingFile {
     }
 
     const std::filesystem::path path_;
-    const int descriptor_;
+    int descriptor_;
     std::uint64_t offset_ = 0;
 };
 
@@ -104,6 +113,34 @@ void write_points(MeshOutput& to, const Mesh& mesh, const NumberedRun& run) {
 
 void write_faces(MeshOutput& to, const Mesh& mesh, const NumberedRun& run) {
     write_ply_faces(to, {.points = {}, .normals = {}, .triangles = elements(mesh.triangles, run)});
+}
+
+void write_records(const SharedSurfaceFile& file, NumberedPart& part, ExistingFile& existing) {
+    const Layout layout(file);
+    MeshWriteOptions options;
+    options.space = file.space;
+    MeshOutput to([&](const void* data, std::size_t bytes) { existing.write(data, bytes); }, options);
+    Mesh& mesh = part.mesh;
+    if (file.format == MeshFormat::stl) {
+        for (const NumberedRun& run : part.triangles) {
+            existing.seek(layout.triangles + run.number * kStlFacetBytes);
+            write_facets(to, mesh, run);
+        }
+        return;
+    }
+    constexpr int kThreads = 1;  // other parts are written at the same time
+    turn_normals_outward(mesh, kThreads);
+    for (const NumberedRun& run : part.points) {
+        existing.seek(layout.points + run.number * ply_point_bytes(file.normals));
+        write_points(to, mesh, run);
+    }
+    for (Triangle& triangle : mesh.triangles) {
+        for (std::uint32_t& point : triangle) point = part.numbers[point];
+    }
+    for (const NumberedRun& run : part.triangles) {
+        existing.seek(layout.triangles + run.number * kPlyFaceBytes);
+        write_faces(to, mesh, run);
+    }
 }
 
 }  // namespace
@@ -148,32 +185,9 @@ void SharedSurfaceWriter::commit() {
 
 void write_part(const SharedSurfaceFile& file, NumberedPart part) {
     check(file, part);
-    const Layout layout(file);
     ExistingFile existing(file.temporary);
-    MeshWriteOptions options;
-    options.space = file.space;
-    MeshOutput to([&](const void* data, std::size_t bytes) { existing.write(data, bytes); }, options);
-    Mesh& mesh = part.mesh;
-    if (file.format == MeshFormat::stl) {
-        for (const NumberedRun& run : part.triangles) {
-            existing.seek(layout.triangles + run.number * kStlFacetBytes);
-            write_facets(to, mesh, run);
-        }
-        return;
-    }
-    constexpr int kThreads = 1;  // other parts are written at the same time
-    turn_normals_outward(mesh, kThreads);
-    for (const NumberedRun& run : part.points) {
-        existing.seek(layout.points + run.number * ply_point_bytes(file.normals));
-        write_points(to, mesh, run);
-    }
-    for (Triangle& triangle : mesh.triangles) {
-        for (std::uint32_t& point : triangle) point = part.numbers[point];
-    }
-    for (const NumberedRun& run : part.triangles) {
-        existing.seek(layout.triangles + run.number * kPlyFaceBytes);
-        write_faces(to, mesh, run);
-    }
+    write_records(file, part, existing);
+    existing.finish();
 }
 
 }  // namespace marrow
