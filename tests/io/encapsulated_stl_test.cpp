@@ -141,6 +141,35 @@ TEST_F(EncapsulatedStl, StatesThePatientOnlyOnRequest) {
     }
 }
 
+TEST_F(EncapsulatedStl, AlwaysHasAStudy) {
+    for (const fs::path& path : scan_files) {
+        DcmFileFormat file;
+        ASSERT_TRUE(file.loadFile(path.c_str()).good());
+        ASSERT_TRUE(file.getDataset()->findAndDeleteElement(DCM_StudyInstanceUID).good());
+        ASSERT_TRUE(file.saveFile(path.c_str()).good());
+    }
+    EXPECT_EQ(text(write(mesh, "skull", true), DCM_StudyInstanceUID),
+              text(write(mesh, "skull", false, "b.dcm"), DCM_StudyInstanceUID));
+    EXPECT_EQ(text(folder / "a.dcm", DCM_StudyInstanceUID).find("2.25."), 0u);
+}
+
+// A value has an even number of bytes, so that one of an odd number is followed by a byte of zero.
+TEST_F(EncapsulatedStl, TextMayBePadded) {
+    for (const std::string space : {"", " "}) {
+        const std::string stl = "solid" + space +
+                                "\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
+                                "vertex 0 1 0\nendloop\nendfacet\nendsolid";
+        DcmFileFormat file;
+        ASSERT_TRUE(file.loadFile(write(mesh, "skull").c_str()).good());
+        ASSERT_TRUE(file.getDataset()
+                        ->putAndInsertUint8Array(DCM_EncapsulatedDocument,
+                                                 reinterpret_cast<const Uint8*>(stl.data()), stl.size())
+                        .good());
+        ASSERT_TRUE(file.saveFile((folder / "b.dcm").c_str()).good());
+        EXPECT_EQ(read_mesh(folder / "b.dcm").triangles.size(), 1u) << stl.size() << " bytes";
+    }
+}
+
 TEST_F(EncapsulatedStl, UidsTellSurfacesApart) {
     const fs::path a = write(mesh, "skull"), same = write(mesh, "skull", false, "same.dcm"),
                    other = write(ball(3.2), "skull", false, "other.dcm"),

@@ -110,10 +110,8 @@ void put_patient_and_study(DcmItem& to, std::span<const std::filesystem::path> s
     }
 }
 
-void put_nobody(DcmItem& to, const std::string& frame) {
+void put_nobody(DcmItem& to) {
     for (const auto& [tag, vr] : kPatientAndStudy) put(to, tag, vr, "");
-    // The surfaces of one scan belong to one study.
-    put(to, DCM_StudyInstanceUID, EVR_UI, uid_of({"study", frame}));
     put(to, DCM_PatientIdentityRemoved, EVR_CS, "YES");
     put(to, DCM_DeidentificationMethod, EVR_LO, "No attribute of patient or study is written");
 }
@@ -128,9 +126,13 @@ void fill(DcmItem& to, const StlObject& object) {
     if (object.keep_patient)
         put_patient_and_study(to, object.scan);
     else
-        put_nobody(to, frame);
+        put_nobody(to);
     OFString study;
     to.findAndGetOFString(DCM_StudyInstanceUID, study);
+    if (study.empty()) {  // the surfaces of one scan belong to one study
+        study = uid_of({"study", frame}).c_str();
+        put(to, DCM_StudyInstanceUID, EVR_UI, study.c_str());
+    }
     put(to, DCM_SOPInstanceUID, EVR_UI, uid_of({"instance", surface, object.title, study.c_str()}));
     put(to, DCM_SeriesInstanceUID, EVR_UI, uid_of({"series", surface, object.title, study.c_str()}));
     put(to, DCM_Modality, EVR_CS, "M3D");

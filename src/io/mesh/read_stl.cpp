@@ -64,7 +64,9 @@ Mesh read_stl(const FileContent& input, Space& space) {
             input.refuse("facet " + std::to_string(facets) +
                          " does not have three vertices; save it again as triangles");
     };
-    for (std::string_view rest = bytes; !rest.empty();) {
+    std::string_view rest = bytes;
+    if (rest.ends_with('\0')) rest.remove_suffix(1);  // what DICOM adds to an odd number of bytes
+    while (!rest.empty()) {
         const std::string_view line = take_line(rest);
         const std::vector<std::string_view> w = split(line);
         if (w.empty()) continue;
