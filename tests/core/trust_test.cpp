@@ -190,6 +190,26 @@ TEST(Noise, DoubtIsLargeWhereNoiseIsNotWhite) {
     EXPECT_LT(found.lowest, 0.7 * found.sigma);
 }
 
+// Air that is cut off is constant, and would say that there is no noise.
+TEST(Noise, AirInTheFirstSlicesIsNoTissue) {
+    struct Case {
+        std::array<std::int64_t, 3> dims;
+        std::int64_t air;  // so many slices
+    };
+    for (const Case& c : {Case{{140, 140, 4}, 1}, Case{{140, 140, 12}, 6}, Case{{1200, 1200, 9}, 2}}) {
+        Random random(8);
+        std::normal_distribution<float> noise(0, 20);
+        const auto& dims = c.dims;
+        const Volume volume =
+            sampled<std::int16_t>(grid(dims[0], dims[1], dims[2]), [&](auto x, auto, auto z) {
+                return z < c.air || x < dims[0] / 4 ? -1024 : std::lround(50 + noise(random));
+            });
+        const NoiseEstimate found = estimate_noise(volume);
+        EXPECT_NEAR(found.sigma / 20, 1, 0.05) << dims[2];
+        EXPECT_NEAR(found.local_deviation / 20, 1, 0.05) << dims[2];
+    }
+}
+
 TEST(Noise, IsUnknownWithoutAWindow) {
     const Volume volume = sampled<float>(grid(5, 5, 5), [](auto x, auto, auto) { return x; });
     const NoiseEstimate found = estimate_noise(volume);

@@ -106,20 +106,27 @@ WindowValues read_windows(const VolumeView& volume, double lowest, std::int64_t 
     return values;
 }
 
-// Every stride-th slice.
-VolumeView some_slices(const VolumeView& volume, std::int64_t stride) {
+// Every stride-th row of every slice_stride-th slice.
+VolumeView some_rows(const VolumeView& volume, std::int64_t stride, std::int64_t slice_stride) {
     VolumeView view = volume;
-    view.pitch = {volume.row_pitch(), volume.slice_pitch() * stride};
-    view.geometry.dims[2] = (volume.geometry.dims[2] + stride - 1) / stride;
+    view.below = view.above = {0, 0, 0};
+    auto& dims = view.geometry.dims;
+    view.pitch = {volume.row_pitch() * stride, volume.slice_pitch() * slice_stride};
+    dims[1] = (dims[1] + stride - 1) / stride;
+    dims[2] = (dims[2] + slice_stride - 1) / slice_stride;
     return view;
 }
 
+bool has_two_classes(const Histogram& samples) {
+    return std::count_if(samples.counts.begin(), samples.counts.end(), [](auto n) { return n > 0; }) >= 2;
+}
+
 // The value above which samples are tissue. Without two classes of samples all are.
-double tissue_begin(const VolumeView& volume) {
-    const Histogram samples = histogram(volume);
-    const auto used =
-        std::count_if(samples.counts.begin(), samples.counts.end(), [](auto n) { return n > 0; });
-    return used < 2 ? samples.lower : otsu_isovalue(samples);
+double tissue_begin(const VolumeView& volume, std::int64_t slice_stride) {
+    constexpr std::int64_t kStride = 4;  // the border between two classes needs few samples
+    Histogram samples = histogram(some_rows(volume, kStride, slice_stride));
+    if (!has_two_classes(samples)) samples = histogram(volume);  // those rows may be in air
+    return has_two_classes(samples) ? otsu_isovalue(samples) : samples.lower;
 }
 
 // Every how many slices windows are read, so that they are not too many.
@@ -153,11 +160,9 @@ NoiseEstimate estimate_noise(const VolumeView& volume, const NoiseOptions& optio
     check_volume(volume);
     const auto dims = volume.geometry.dims;
     const std::int64_t stride = slice_stride(dims);
-    const VolumeView read = some_slices(volume, stride);
-    constexpr std::int64_t kSparser = 4;  // the border between two classes needs fewer samples
     const Rescale& rescale = volume.rescale;
-    const double lowest = rescale.sample(tissue_begin(some_slices(volume, stride * kSparser)));
-    std::vector<WindowValues> by_slice(static_cast<std::size_t>(read.geometry.dims[2]));
+    const double lowest = rescale.sample(tissue_begin(volume, stride));
+    std::vector<WindowValues> by_slice(static_cast<std::size_t>((dims[2] + stride - 1) / stride));
     with_threads(options.threads, [&] {
         Stage stage(options.progress, 0, 1, by_slice.size());
         visit_sample_type(volume.type, [&]<class T>(T) {
