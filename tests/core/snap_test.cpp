@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include <marrow/error.h>
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
 #include <marrow/mesh_check.h>
@@ -195,6 +196,17 @@ TEST(Snap, ShearedAndAnisotropicGridsStayManifolds) {
     EXPECT_EQ(check_mesh(after).self_intersections, 0);
     EXPECT_LT(after.points.size(), 4 * before.points.size() / 5);
     EXPECT_LE(mesh_distance(before, after, {.samples = 20000}).max, 0.3 * 3 + 1e-3);
+}
+
+// Points 200 m away are multiples of 1/64 mm, more than an edge: no exception makes the surface valid.
+TEST(Snap, RefusesCoordinatesThatFloatCannotHold) {
+    Geometry g = grid(10, 10, 10);
+    g.spacing = {0.01, 0.01, 0.01};
+    g.origin = {2e5, 2e5, 2e5};
+    Random random(1);
+    std::normal_distribution<double> value;
+    const Volume volume = sampled<float>(g, [&](auto, auto, auto) { return value(random); });
+    EXPECT_THROW(snapped(volume, 0, 0.3, true), GeometryError);
 }
 
 TEST(Snap, LimitOfZeroDoesNotSnap) {

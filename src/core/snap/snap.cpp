@@ -81,8 +81,8 @@ void mark_neighbours(std::vector<std::uint8_t>& layers) {
 
 }  // namespace
 
-// Without snapping, the surface does not pass through itself. So parts of it are made again, with more and
-// more exceptions around the places where it does.
+// Without snapping, the surface does not pass through itself, unless float32 rounds its points too much. So
+// parts of it are made again, with more and more exceptions around the places where it does.
 std::size_t snap(const EmitInput& input, double limit, bool normals, const Progress& progress, Mesh& mesh) {
     if (input.triangles.total() >> 32)
         throw LimitError("snap: the surface has 2^32 triangles or more; crop or coarsen the volume");
@@ -96,14 +96,20 @@ std::size_t snap(const EmitInput& input, double limit, bool normals, const Progr
     std::vector<std::uint8_t> layers(surface.slices(), 1);
     widen_caps(input, exceptions, limit, surface, layers);
     std::vector<TrianglePair> pairs = find_intersections(input, limit, surface, layers, progress, 0.5, 1);
-    for (std::int64_t round = 0;; ++round) {
-        const std::size_t known = exceptions.size();
+    const auto are_exhausted = [&](const TrianglePair& pair) {
+        return exceptions.are_exhausted(surface.mesh, surface.mesh.triangles[pair[0]]) &&
+               exceptions.are_exhausted(surface.mesh, surface.mesh.triangles[pair[1]]);
+    };
+    for (std::int64_t round = 0; !pairs.empty(); ++round) {
+        if (std::any_of(pairs.begin(), pairs.end(), are_exhausted))
+            throw GeometryError(
+                "snap: float32 rounds the coordinates of the surface so much that it passes through itself, "
+                "because they are too large for the spacing; move the origin of the volume closer to 0");
         for (const auto& [s, t] : pairs) {
             exceptions.add(surface.mesh, surface.mesh.triangles[s], round / 2);
             // Less snapping on one side is often enough.
             if (round > 0) exceptions.add(surface.mesh, surface.mesh.triangles[t], round / 2);
         }
-        if (exceptions.size() == known) break;
         restore_caps(surface);
         std::fill(layers.begin(), layers.end(), std::uint8_t{0});
         make_again(input, exceptions, limit_in_edges, exceptions.take_changed_slices(), progress_again,

@@ -1,6 +1,7 @@
 // Finds samples by the positions of points.
 #include "snap_exceptions.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace marrow::internal {
@@ -13,7 +14,8 @@ SnapExceptions::Sample SnapExceptions::sample_nearest_to(const Vec3f& point) con
     return {nearest(2) + bits.first_z, nearest(1) + bits.first_y, nearest(0) + bits.first_x};
 }
 
-void SnapExceptions::add(const Mesh& mesh, const Triangle& triangle, std::int64_t rings) {
+std::set<SnapExceptions::Sample> SnapExceptions::samples_around(const Mesh& mesh, const Triangle& triangle,
+                                                                std::int64_t rings) const {
     std::set<Sample> samples;
     for (const std::uint32_t p : triangle) {
         const auto [z, y, x] = sample_nearest_to(mesh.points[p]);
@@ -23,10 +25,22 @@ void SnapExceptions::add(const Mesh& mesh, const Triangle& triangle, std::int64_
             }
         }
     }
-    for (const Sample& sample : samples) {
+    return samples;
+}
+
+void SnapExceptions::add(const Mesh& mesh, const Triangle& triangle, std::int64_t rings) {
+    for (const Sample& sample : samples_around(mesh, triangle, rings)) {
         changed_slices_.insert(sample[0]);
         if (!unmerged_.insert(sample).second) unwidened_.insert(sample);
     }
+}
+
+// A point is less than an edge away from its sample, and a corner of a cap from where it was before: both
+// are among the samples next to the nearest one, and with room for rounding among those after next.
+bool SnapExceptions::are_exhausted(const Mesh& mesh, const Triangle& triangle) const {
+    const std::set<Sample> samples = samples_around(mesh, triangle, 2);
+    return std::all_of(samples.begin(), samples.end(),
+                       [&](const Sample& sample) { return unwidened_.count(sample) > 0; });
 }
 
 void SnapExceptions::forbid_merging(const SliceMerge& merge) const {

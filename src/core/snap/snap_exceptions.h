@@ -17,7 +17,8 @@ namespace marrow::internal {
 
 /// Snapped surfaces can pass through each other where two walls are close. Around the samples of one set,
 /// points do not merge. Around those of another, caps are not widened either. Points that only move along
-/// their edges leave the surface valid: it is that of other samples with the same inside bits.
+/// their edges leave the surface valid, as far as float32 can hold them: it is that of other samples with the
+/// same inside bits.
 class SnapExceptions {
   public:
     explicit SnapExceptions(const EmitInput& input)
@@ -27,7 +28,8 @@ class SnapExceptions {
     /// first set, and those that are there already to the second.
     void add(const Mesh& mesh, const Triangle& triangle, std::int64_t rings);
 
-    std::size_t size() const { return unmerged_.size() + unwidened_.size(); }
+    /// Whether neither merging nor widening caps can have an effect on a triangle any more.
+    bool are_exhausted(const Mesh& mesh, const Triangle& triangle) const;
     bool forbid_any_widening() const { return !unwidened_.empty(); }
     /// Returns the slices of the samples that were added since the last call, also if they were there
     /// already.
@@ -41,6 +43,8 @@ class SnapExceptions {
     using Sample = std::array<std::int64_t, 3>;  // z, y and x in the grid of the inside bits
 
     Sample sample_nearest_to(const Vec3f& point) const;
+    // The samples nearest to the corners of a triangle, and those up to `rings` further away.
+    std::set<Sample> samples_around(const Mesh& mesh, const Triangle& triangle, std::int64_t rings) const;
 
     const EmitInput& input_;
     const Mat3d to_index_;
