@@ -16,7 +16,7 @@ struct IsosurfaceOptions {
     bool normals = true;  ///< compute a unit normal for each point, from the gradient
     bool closed = false;  ///< close the surface at the volume's border, as if outside samples surrounded it
     /// Merge points near a sample, which gives fewer points and no slivers. No point moves further than this
-    /// fraction of an edge. 0 <= snap < 0.5; 0: do not merge
+    /// fraction of an edge, as explained below. 0 <= snap < 0.5; 0: do not merge
     double snap = 0;
     /// Give the surface exactly the topology of the trilinear interpolant, instead of separating inside
     /// corners in every ambiguous face. It does not go with `snap`
@@ -47,17 +47,20 @@ struct IsosurfaceStats {
 /// asymptotic decider (Nielson and Hamann 1991), and within a cell by a tunnel, by Cayley's hyperdeterminant.
 /// The decisions are exact for sample - isovalue rounded to double, and in ties they are those of an isovalue
 /// that is lower by an infinitely small amount. So the surface has the components, holes and handles of the
-/// trilinear interpolant. It is a manifold as well: some cells get one point or six points inside. Where a
-/// sample is not finite, faces stay separated.
+/// trilinear interpolant. It is a manifold as well: some cells get one point or six points inside. In a cell
+/// with a narrow tunnel, triangles may pass through each other. Where a sample is not finite, faces stay
+/// separated.
 ///
 /// With `snap`, if an edge crosses the surface within that fraction of a sample, the points on all edges of
 /// the sample merge into one point between them. If the surface would not stay manifold, they move to that
-/// distance instead. The surface moves by at most `snap` times a cell's longest edge. After SnapMC, Raman and
-/// Wenger 2008.
+/// distance instead. Within the grid, where each edge has the length 1, no point moves by more than `snap`:
+/// in mm by at most `snap` times a cell's longest edge, or in a sheared grid sqrt(3) times as much. After
+/// SnapMC, Raman and Wenger 2008.
 ///
 /// Marching cubes after Lorensen and Cline 1987; histogram pyramids after Ziegler et al. 2006 and Dyken et
 /// al. 2008. `stats` may be null. \throw InputError a null view, bad geometry, an isovalue that is NaN or
-/// infinite, or a bad snap; LimitError more than 2^32 - 1 points, or not enough memory; Cancelled
+/// infinite, or a bad snap; GeometryError with `snap`, float32 rounds coordinates so much that the surface
+/// passes through itself; LimitError more than 2^32 - 1 points, or not enough memory; Cancelled
 MARROW_EXPORT Mesh extract_isosurface(const VolumeView& volume, double isovalue,
                                       const IsosurfaceOptions& options = {},
                                       IsosurfaceStats* stats = nullptr);

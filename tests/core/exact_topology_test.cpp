@@ -611,6 +611,16 @@ TEST(ExactTopologyOfShapes, AWallAskewIsOnePiece) {
     EXPECT_EQ(exact.components, 1);
 }
 
+// The tunnel is so narrow that the bands at its ends pass through each other. It is a ring all the same.
+TEST(ExactTopologyOfShapes, ANarrowTunnelIsARing) {
+    const std::array<std::int16_t, 8> samples{182, 65, 431, -693, -50, -3281, -20814, 23904};
+    const Mesh mesh = extract_isosurface(VolumeView(samples.data(), grid(2, 2, 2)), 0.5, {.topology = true});
+    EXPECT_EQ(manifold_fault(mesh, true), "");
+    const MeshMeasures measures = measure(mesh);
+    EXPECT_EQ(measures.components, 1);
+    EXPECT_EQ(measures.euler_characteristic, 0);
+}
+
 TEST(ExactTopologyOfShapes, DoesNotGoWithSnap) {
     const Volume volume = checkerboard(4);
     EXPECT_THROW(extract_isosurface(volume, 0.5, {.snap = 0.3, .topology = true}), InputError);
