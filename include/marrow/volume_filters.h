@@ -40,16 +40,18 @@ MARROW_EXPORT Volume crop(const VolumeView& volume, const Box& box);
 /// stays NaN. \throw InputError a radius that is not 1 to 16; Cancelled
 MARROW_EXPORT Volume median_filter(const VolumeView& volume, int radius, const FilterOptions& options = {});
 
-/// Blurs with a Gaussian of standard deviation `sigma` mm, cut off at four standard deviations. At the border
-/// the weights inside the volume are scaled to the sum 1. The result is float32, or float64 for int32 and
-/// float64, because rounding to integers would bring back steps. Infinite and NaN samples have no weight and
-/// become NaN. \throw InputError a sigma that is not positive and finite; Cancelled
+/// Blurs with a Gaussian of standard deviation `sigma` mm, cut off at four standard deviations, rounded up to
+/// whole samples. At the border the weights inside the volume are scaled to the sum 1. The result is float32,
+/// or float64 for int32 and float64, because rounding to integers would bring back steps. Infinite and NaN
+/// samples have no weight and become NaN. \throw InputError a sigma that is not positive and finite;
+/// LimitError not enough memory; Cancelled
 MARROW_EXPORT Volume gaussian_filter(const VolumeView& volume, double sigma,
                                      const FilterOptions& options = {});
 
 /// Resamples to `spacing` mm along all three axes by cubic convolution (Keys 1981). The first sample stays;
 /// the last is the last one within the volume. New samples at positions of old ones keep their values, and an
-/// axis that already has the spacing does not change. It does not blur: before a coarser spacing, call
+/// axis that already has the spacing does not change. Spacings are equal to a millionth, because files hold
+/// them as float32. It does not blur: before a coarser spacing, call
 /// gaussian_filter. The result has the sample type that gaussian_filter gives. NaN spreads to the samples
 /// that are interpolated from it. \throw InputError a spacing that is not positive and finite; LimitError
 /// more than 2^30 samples along an axis, or not enough memory; Cancelled

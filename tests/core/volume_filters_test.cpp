@@ -187,6 +187,20 @@ TEST(Gaussian, KeepsAConstantAtTheBorderAndBesideNan) {
     }
 }
 
+TEST(Gaussian, KeepsTheValueOfAPlateau) {
+    const Volume volume =
+        sampled<std::int16_t>(grid(60, 24, 24), [](auto x, auto, auto) { return x < 30 ? 1000 : -1024; });
+    for (const double sigma : {0.7, 1.0, 1.3}) {
+        const Volume result = gaussian_filter(volume, sigma);
+        for (std::int64_t z = 0; z < 24; ++z) {
+            for (std::int64_t y = 0; y < 24; ++y) {
+                ASSERT_EQ(at<float>(result, 10, y, z), 1000) << y << ' ' << z;
+                ASSERT_EQ(at<float>(result, 50, y, z), -1024) << y << ' ' << z;
+            }
+        }
+    }
+}
+
 TEST(Gaussian, RemovesTheStairsOfAMask) {
     const auto field = sphere({16, 16, 16}, 11.2);
     const Volume mask =
@@ -213,6 +227,25 @@ TEST(Resample, KeepsSamplesAtOldPositions) {
             }
         }
     }
+}
+
+// As NIfTI has it: the last slice is there, although 0.7f and 0.35f are a little less than the double.
+TEST(Resample, TakesSpacingsThatWereFloat32) {
+    Geometry g = grid(5, 4, 101);
+    g.spacing = {0.7f, 1.4f, 2.8f};
+    const Volume volume = numbered<std::int16_t>(g);
+    for (const double more : {1.0, 1 + 1e-7, 1 - 1e-7}) {
+        const Volume result = resample_isotropic(volume, 0.7 * more);
+        EXPECT_EQ(result.geometry().dims, (std::array<std::int64_t, 3>{5, 7, 401}));
+        EXPECT_NEAR(at<float>(result, 4, 6, 400), at<std::int16_t>(volume, 4, 3, 100), 0.01);
+    }
+}
+
+TEST(Resample, RefusesWhatDoesNotFitBeforeItIsMade) {
+    Geometry g = grid(64, 64, 64);
+    g.spacing = {1000, 1000, 1000};
+    const Volume volume = numbered<std::uint8_t>(g);
+    EXPECT_THROW(resample_isotropic(volume, 0.001), LimitError);
 }
 
 TEST(Resample, IsExactForParabolasInside) {

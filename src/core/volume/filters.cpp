@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -65,16 +66,18 @@ struct Tap {
 };
 using Taps = std::vector<std::vector<Tap>>;  // for each new sample along the axis
 
-// Replaces the samples along an axis by weighted sums of them; the axis gets taps.size() samples. A is float
-// or double.
-template <class A>
-Buffer<A> convolve_axis(const Buffer<A>& in, Dims& dims, std::size_t axis, const Taps& taps,
-                        const Progress& progress) {
+// Replaces the samples along an axis by weighted sums of them; the axis gets `count` samples, whose taps
+// make_taps returns. It is called when there is memory for the result. A is float or double.
+template <class A, class MakeTaps>
+Buffer<A> convolve_axis(const Buffer<A>& in, Dims& dims, std::size_t axis, std::int64_t count,
+                        const MakeTaps& make_taps, const Progress& progress) {
     const Dims old = dims;
-    dims[axis] = static_cast<std::int64_t>(taps.size());
+    dims[axis] = count;
     Buffer<A> out(checked_size(static_cast<std::uint64_t>(dims[0] * dims[1] * dims[2]), sizeof(A)));
+    const Taps taps = make_taps();
     Stage stage(progress, 0, 1, static_cast<std::size_t>(dims[2]));
     parallel_for(std::int64_t{0}, dims[2], [&](std::int64_t z) {
+        std::vector<double> sums(axis == 0 ? 0 : static_cast<std::size_t>(dims[0]));
         for (std::int64_t y = 0; y < dims[1]; ++y) {
             A* const row = out.data() + sample_index(dims, 0, y, z);
             if (axis == 0) {
@@ -87,13 +90,14 @@ Buffer<A> convolve_axis(const Buffer<A>& in, Dims& dims, std::size_t axis, const
                 continue;
             }
             // Along y and z, whole rows are added, which vectorises.
-            std::fill_n(row, dims[0], A{0});
+            std::fill(sums.begin(), sums.end(), 0.0);
             for (const Tap& tap : taps[static_cast<std::size_t>(axis == 1 ? y : z)]) {
                 const A* const from = in.data() + (axis == 1 ? sample_index(old, 0, tap.index, z)
                                                              : sample_index(old, 0, y, tap.index));
-                const auto weight = static_cast<A>(tap.weight);
-                for (std::int64_t x = 0; x < dims[0]; ++x) row[x] += weight * from[x];
+                for (std::size_t x = 0; x < sums.size(); ++x)
+                    sums[x] += tap.weight * static_cast<double>(from[x]);
             }
+            for (std::size_t x = 0; x < sums.size(); ++x) row[x] = static_cast<A>(sums[x]);
         }
         stage.step();
     });
@@ -124,10 +128,18 @@ double cubic(double x) {
     return x <= 1 ? (1.5 * x - 2.5) * x * x + 1 : ((-0.5 * x + 2.5) * x - 4) * x + 2;
 }
 
-// The taps that interpolate new samples `step` old ones apart. Beyond the ends the last sample is repeated.
-Taps cubic_taps(std::int64_t n, double step) {
+// Spacings that were float32, and what follows from them, are equal if they differ by less than this part.
+constexpr double kSpacingRounding = 1e-6;
+
+// The number of new samples, `step` old ones apart, within n old ones.
+std::int64_t resampled_count(std::int64_t n, double step) {
+    return static_cast<std::int64_t>(static_cast<double>(n - 1) / step * (1 + kSpacingRounding)) + 1;
+}
+
+// The taps that interpolate `count` new samples `step` old ones apart. Beyond the ends the last sample is
+// repeated.
+Taps cubic_taps(std::int64_t n, std::int64_t count, double step) {
     constexpr double kRounding = 1e-9;
-    const auto count = static_cast<std::int64_t>(static_cast<double>(n - 1) / step + kRounding) + 1;
     Taps taps(static_cast<std::size_t>(count));
     for (std::int64_t i = 0; i < count; ++i) {
         const double position = static_cast<double>(i) * step, below = std::floor(position + kRounding);
@@ -148,7 +160,7 @@ Taps cubic_taps(std::int64_t n, double step) {
 template <class Filter>
 Volume in_floating_point(const VolumeView& volume, int threads, Filter filter) {
     Volume result;
-    visit_sample_type(volume.type, [&]<class T>(T) {
+    const auto apply = [&]<class T>(T) {
         constexpr bool kWide = sizeof(T) > 4 || std::is_same_v<T, std::int32_t>;
         using A = std::conditional_t<kWide, double, float>;
         with_threads(threads, [&] {
@@ -168,7 +180,12 @@ Volume in_floating_point(const VolumeView& volume, int threads, Filter filter) {
             result = Volume(geometry, sample_type_of<A>());
             std::copy(samples.begin(), samples.end(), result.template samples<A>());
         });
-    });
+    };
+    try {
+        visit_sample_type(volume.type, apply);
+    } catch (const std::bad_alloc&) {
+        throw LimitError("filter: not enough memory; crop or coarsen the volume");
+    }
     return result;
 }
 
@@ -177,8 +194,10 @@ template <class A>
 Buffer<A> blur(Buffer<A> samples, Geometry& g, double sigma, const Progress& progress) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const double begin = static_cast<double>(axis) / 3;
-        samples = convolve_axis(samples, g.dims, axis, gaussian_taps(g.dims[axis], sigma / g.spacing[axis]),
-                                sub_progress(progress, begin, begin + 1.0 / 3));
+        const std::int64_t n = g.dims[axis];
+        const auto taps = [&] { return gaussian_taps(n, sigma / g.spacing[axis]); };
+        samples =
+            convolve_axis(samples, g.dims, axis, n, taps, sub_progress(progress, begin, begin + 1.0 / 3));
     }
     return samples;
 }
@@ -299,21 +318,29 @@ Volume gaussian_filter(const VolumeView& volume, double sigma, const FilterOptio
 Volume resample_isotropic(const VolumeView& volume, double spacing, const FilterOptions& options) {
     check_volume(volume);
     check_positive("resampling: the spacing", spacing);
+    double largest = 1;  // of the numbers of samples in between
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const Geometry& g = volume.geometry;
-        if (static_cast<double>(g.dims[axis]) * g.spacing[axis] / spacing > static_cast<double>(1 << 30))
+        const auto before = static_cast<double>(g.dims[axis]), after = before * g.spacing[axis] / spacing;
+        if (after > static_cast<double>(1 << 30))
             throw LimitError("resampling: more than 2^30 samples along an axis; use a coarser spacing");
+        largest *= std::max(before, after + 1);
     }
+    constexpr const char* kOutOfMemory = "resampling: not enough memory; use a coarser spacing";
+    if (largest > 0x1p53) throw LimitError(kOutOfMemory);
     return in_floating_point(volume, options.threads, [&]<class A>(Buffer<A> samples, Geometry& g) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            if (g.dims[axis] > 0 && g.spacing[axis] != spacing) {
+            const std::int64_t n = g.dims[axis];
+            const double step = spacing / g.spacing[axis];
+            if (n > 0 && std::abs(step - 1) > kSpacingRounding) {
                 const double begin = static_cast<double>(axis) / 3;
+                const std::int64_t count = resampled_count(n, step);
+                const auto taps = [&] { return cubic_taps(n, count, step); };
                 try {
-                    samples = convolve_axis(samples, g.dims, axis,
-                                            cubic_taps(g.dims[axis], spacing / g.spacing[axis]),
+                    samples = convolve_axis(samples, g.dims, axis, count, taps,
                                             sub_progress(options.progress, begin, begin + 1.0 / 3));
                 } catch (const std::bad_alloc&) {
-                    throw LimitError("resampling: not enough memory; use a coarser spacing");
+                    throw LimitError(kOutOfMemory);
                 }
             }
             g.spacing[axis] = spacing;
