@@ -17,7 +17,7 @@
 namespace marrow {
 
 struct ThinWallOptions {
-    /// Standard deviation of the noise, in the unit of the values; not set: estimate_noise() gives it
+    /// Standard deviation of the noise, in the unit of the values; >= 0. Not set: estimate_noise() gives it
     std::optional<double> noise = {};
     int threads = 0;  ///< 0: all
     Progress progress = {};
@@ -56,23 +56,27 @@ struct ThinWalls {
 /// enough, and the sheet need not be flat.
 ///
 /// Walls begin at samples beside the inside of the surface, and go on from sample to neighbouring sample.
-/// Those with fewer than five samples in their sheet are left out. A fold of soft tissue between air looks
-/// the same as a thin wall of bone, and sharp edges can look like one.
+/// Those with fewer than five samples in their sheet are left out, and so is what has an infinite sample
+/// within three samples. A fold of soft tissue between air looks the same as a thin wall of bone, and sharp
+/// edges can look like one.
 ///
 /// `surface` is the surface that extract_isosurface gives at `isovalue`. The result is the same for any
-/// number of threads. \throw InputError a null view, bad geometry, or an isovalue or a coordinate that is not
-/// finite; LimitError not enough memory; Cancelled
+/// number of threads. \throw InputError a null view, bad geometry, an isovalue or a coordinate that is not
+/// finite, or a noise that is negative or not finite; LimitError not enough memory; Cancelled
 MARROW_EXPORT ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView surface,
                                         const ThinWallOptions& options = {});
 
 /// Returns a copy of the volume in which `walls` reach the isovalue, so that its isosurface includes them.
 /// They then begin and end where the samples pass half of the wall's own peak over each side. Their
 /// thickness is right where it is above the width of the scan's blur; thinner walls get that width.
+/// \pre find_thin_walls() found the walls in this volume
 /// \throw InputError a null view, no samples, bad geometry, or an isovalue that is not finite; LimitError not
-/// enough memory
-MARROW_EXPORT Volume restore_thin_walls(const VolumeView& volume, double isovalue, const ThinWalls& walls);
+/// enough memory; Cancelled
+MARROW_EXPORT Volume restore_thin_walls(const VolumeView& volume, double isovalue, const ThinWalls& walls,
+                                        const Progress& progress = {});
 
 /// Says for each point whether it is within about one sample of `walls`: on their rims, or on restored walls.
+/// \pre find_thin_walls() found the walls in this volume
 /// \throw InputError a null view or bad geometry
 MARROW_EXPORT std::vector<bool> near_thin_walls(const VolumeView& volume, const ThinWalls& walls,
                                                 std::span<const Vec3f> points);

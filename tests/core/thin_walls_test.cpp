@@ -1,8 +1,11 @@
 // Walls that fall below the isovalue, on plates whose blurred shape has a formula.
 #include <marrow/thin_walls.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -212,6 +215,54 @@ TEST(ThinWalls, RefuseNumbersThatAreNotFinite) {
         mesh.points[5][1] = x;
         EXPECT_THROW(find_thin_walls(volume, kIsovalue, mesh), InputError);
     }
+}
+
+TEST(ThinWalls, RefuseANoiseThatIsNoDeviation) {
+    const Volume volume = plate_scan(0.7);
+    const Mesh mesh = surface_of(volume);
+    for (const double noise : {std::nan(""), -1.0, std::numeric_limits<double>::infinity()})
+        EXPECT_THROW(find_thin_walls(volume, kIsovalue, mesh, {.noise = noise}), InputError);
+}
+
+// Restoring must not raise the samples beside infinite ones without limit.
+TEST(ThinWalls, InfiniteSamplesStayAlone) {
+    const Volume plate = plate_scan(0.7);
+    Volume volume(plate.geometry(), SampleType::float32);
+    const auto* const from = plate.samples<std::int16_t>();
+    auto* const to = volume.samples<float>();
+    const std::int64_t count = volume.geometry().sample_count();
+    for (std::int64_t i = 0; i < count; ++i)
+        to[i] = i % 97 == 0 ? -std::numeric_limits<float>::infinity() : static_cast<float>(from[i]);
+    const ThinWalls walls = find_thin_walls(volume, kIsovalue, surface_of(volume), {.noise = 20});
+    ASSERT_GT(walls.samples.size(), 0u);
+    const Volume restored = restore_thin_walls(volume, kIsovalue, walls);
+    for (std::int64_t i = 0; i < count; ++i)
+        EXPECT_LT(restored.samples<float>()[i], std::numeric_limits<float>::infinity());
+}
+
+// In noise, most of the time is spent on following walls.
+TEST(ThinWalls, ReportProgressFromTheStartAndCanBeCancelled) {
+    Random random(4);
+    std::normal_distribution<double> value(0, 1000);
+    const Volume noise =
+        sampled<std::int16_t>(grid(48, 48, 48), [&](auto, auto, auto) { return std::lround(value(random)); });
+    const Mesh mesh = extract_isosurface(noise, 1000);
+    std::vector<double> reports;
+    const auto report = [&](double done) {
+        reports.push_back(done);
+        return true;
+    };
+    const ThinWalls walls =
+        find_thin_walls(noise, 1000, mesh, {.noise = 1, .threads = 1, .progress = report});
+    ASSERT_GT(walls.samples.size(), 4096u);
+    EXPECT_LT(reports.front(), 0.1);
+    EXPECT_TRUE(std::is_sorted(reports.begin(), reports.end()));
+    EXPECT_EQ(reports.back(), 1);
+    const auto slices = std::count_if(reports.begin(), reports.end(), [](double done) { return done < 1; });
+    EXPECT_GT(slices, 48 + 3) << "also while walls are followed";
+    const auto cancel = [](double) { return false; };
+    EXPECT_THROW(restore_thin_walls(noise, 1000, walls, cancel), Cancelled);
+    EXPECT_NO_THROW(restore_thin_walls(noise, 1000, walls, report));
 }
 
 TEST(ThinWalls, AnEmptyVolumeHasNone) {

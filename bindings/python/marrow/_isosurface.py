@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, NoReturn, Optional, Union
 
+import numpy as np
+
 from . import _marrow
 from ._as_volume import as_volume
-from ._marrow import EmptySurface, InputError
+from ._marrow import Cancelled, EmptySurface, InputError
 from ._mesh import Colour, Mesh
 from ._scan import Progress, volume_of
 from ._trust import Trust
@@ -129,7 +131,9 @@ def extract(
         if walls.area > 0:
             mesh = surface_of(volume_of(walls.restore(), volume.info)._native(), again)
         elif again is not None:
-            again(1.0)
+            answer = again(1.0)
+            if isinstance(answer, (bool, np.bool_)) and not answer:
+                raise Cancelled("cancelled")
     if trust:
         report = _marrow.trust(
             samples,

@@ -43,8 +43,8 @@ class FoundWalls {
     }
 
     py::tuple restore() const {
-        return to_python(compute(py::none(), [&](const Progress&) {
-            return restore_thin_walls(volume_.view(), isovalue_, found_);
+        return to_python(compute(py::none(), [&](const Progress& report) {
+            return restore_thin_walls(volume_.view(), isovalue_, found_, report);
         }));
     }
 

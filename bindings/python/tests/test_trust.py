@@ -48,6 +48,14 @@ def test_files_have_the_bytes_of_the_command_line(scan, kept, tmp_path, extensio
     assert ours.read_bytes() == theirs.read_bytes()
 
 
+@pytest.mark.parametrize("false", [False, np.False_])
+def test_false_cancels_where_there_are_no_walls_to_keep(false):
+    ball = np.fromfunction(lambda k, j, i: 8 - np.hypot(np.hypot(i - 12, j - 12), k - 12), (25, 25, 25))
+    answers = lambda fraction: false if fraction == 1 else None  # noqa: E731
+    with pytest.raises(marrow.Cancelled):
+        marrow.extract(ball, 0.5, keep_thin=True, progress=answers)
+
+
 def test_keeping_thin_walls_is_restoring_those_that_are_found(scan, kept):
     volume = marrow.read(scan)
     open_frame = marrow.extract(volume, "bone", closed=True)

@@ -118,7 +118,8 @@ class RidgeTest {
             return 0;
         const double below = profile_.side(index, axis, -1).lowest;
         if (value - below < least_contrast_) return 0;  // the usual case: a peak of noise
-        const double higher = std::max(below, profile_.side(index, axis, 1).lowest);
+        const double above = profile_.side(index, axis, 1).lowest, higher = std::max(below, above);
+        if (std::isinf(below) || std::isinf(above)) return 0;  // it is not known how high the wall is
         const double contrast = value - higher, part = contrast / (isovalue_ - higher);
         return contrast >= least_contrast_ && part < kMostContrast ? part : 0;
     }

@@ -17,6 +17,7 @@
 #include "base/all_finite.h"
 #include "base/disjoint_sets.h"
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "core/volume/checks.h"
 #include "peaks.h"
 #include "ridges.h"
@@ -95,11 +96,27 @@ std::vector<Ridge> first_ridges(const VolumeView& volume, const RidgeTest<T>& ri
     return found;
 }
 
+// Lets long work on ridges be cancelled whose progress is not known.
+class Checkpoints {
+  public:
+    Checkpoints(const Progress& progress, double fraction) : progress_(progress), fraction_(fraction) {}
+
+    // Counts a ridge. \throw Cancelled
+    void pass() {
+        if (++count_ % 4096 == 0) report_progress(progress_, fraction_);
+    }
+
+  private:
+    const Progress& progress_;
+    const double fraction_;
+    std::size_t count_ = 0;
+};
+
 // Follows walls from the first ridges to neighbouring sheets, adds the ridges among at least three sheets,
 // and orders all. Where a word of `peaks` has any, it has all: other samples of the word are no ridges.
 template <class T>
 void follow_walls(const RidgeTest<T>& ridge_at, const SampleMask& peaks, const Index& dims,
-                  std::vector<Ridge>& ridges) {
+                  std::vector<Ridge>& ridges, Checkpoints& checkpoints) {
     const auto may_be_ridge = [&](const Index& index) {
         const std::uint64_t word = peaks.word(index[0], index[1], index[2]);
         return word == 0 || (word >> (index[0] % 64) & 1) != 0;
@@ -108,6 +125,7 @@ void follow_walls(const RidgeTest<T>& ridge_at, const SampleMask& peaks, const I
     for (const Ridge& ridge : ridges) seen.insert(ridge.sample.index);
     std::vector<Ridge> others;
     for (std::size_t i = 0; i < ridges.size(); ++i) {
+        checkpoints.pass();
         const Index index = ridges[i].sample.index;  // a copy, because ridges grows
         if (ridges[i].is_sheet) sheets.insert(index);
         for_each_neighbour(index, dims, [&](const Index& neighbour) {
@@ -118,6 +136,7 @@ void follow_walls(const RidgeTest<T>& ridge_at, const SampleMask& peaks, const I
         });
     }
     const auto sheets_around = [&](const Ridge& ridge) {
+        checkpoints.pass();
         int count = 0;
         for_each_neighbour(ridge.sample.index, dims, [&](const Index& i) { count += sheets.has(i); });
         return count;
@@ -151,14 +170,18 @@ void for_each_pair(const std::vector<Ridge>& ridges, const F& f) {
 }
 
 // The ridges of each wall: those that are connected, where the rim of a wall is connected only to its sheet.
-std::vector<std::vector<Ridge>> connected_walls(const std::vector<Ridge>& ridges) {
+std::vector<std::vector<Ridge>> connected_walls(const std::vector<Ridge>& ridges, Checkpoints& checkpoints) {
     std::vector<std::size_t> parents(ridges.size());
     std::iota(parents.begin(), parents.end(), std::size_t{0});
     for_each_pair(ridges, [&](std::size_t i, std::size_t other) {
+        checkpoints.pass();
         if (ridges[i].is_sheet || ridges[other].is_sheet) unite(parents, i, other);
     });
     std::map<std::size_t, std::vector<Ridge>> by_first;
-    for (std::size_t i = 0; i < ridges.size(); ++i) by_first[representative(parents, i)].push_back(ridges[i]);
+    for (std::size_t i = 0; i < ridges.size(); ++i) {
+        checkpoints.pass();
+        by_first[representative(parents, i)].push_back(ridges[i]);
+    }
     std::vector<std::vector<Ridge>> walls;
     for (auto& [first, wall] : by_first) walls.push_back(std::move(wall));
     return walls;
@@ -188,10 +211,11 @@ ThinWall summary(const std::vector<Ridge>& wall, const Geometry& geometry) {
     return result;
 }
 
-ThinWalls summary(const std::vector<Ridge>& ridges, const VolumeView& volume) {
+ThinWalls summary(const std::vector<Ridge>& ridges, const VolumeView& volume, Checkpoints& checkpoints) {
     const Geometry geometry = volume.own_geometry();
     ThinWalls found;
-    for (const std::vector<Ridge>& wall : connected_walls(ridges)) {
+    for (const std::vector<Ridge>& wall : connected_walls(ridges, checkpoints)) {
+        checkpoints.pass();
         const auto sheets =
             std::count_if(wall.begin(), wall.end(), [](const Ridge& r) { return r.is_sheet; });
         if (sheets < kFewestSamples) continue;
@@ -208,20 +232,24 @@ ThinWalls summary(const std::vector<Ridge>& ridges, const VolumeView& volume) {
 
 template <class T>
 ThinWalls find(const VolumeView& volume, double isovalue, double noise, MeshView surface,
-               const ThinWallOptions& options) {
+               const Progress& progress) {
     const Index dims = volume.geometry.dims;
     const RidgeTest<T> ridge_at(volume, isovalue, noise);
     SampleMask candidates = beside_surface(volume, surface.points);
     std::vector<std::vector<Ridge>> by_slice(static_cast<std::size_t>(dims[2]));
-    Stage stage(options.progress, 0.5, 1, by_slice.size());
+    constexpr double kFirstRidges = 0.9;  // of the time, usually
+    Stage stage(progress, 0, kFirstRidges, by_slice.size());
     parallel_for(std::size_t{0}, by_slice.size(), [&](std::size_t z) {
         by_slice[z] = first_ridges(volume, ridge_at, candidates, static_cast<std::int64_t>(z));
         stage.step();
     });
     std::vector<Ridge> ridges;
     for (const std::vector<Ridge>& slice : by_slice) ridges.insert(ridges.end(), slice.begin(), slice.end());
-    follow_walls(ridge_at, candidates, dims, ridges);
-    return summary(ridges, volume);
+    Checkpoints checkpoints(progress, kFirstRidges);
+    follow_walls(ridge_at, candidates, dims, ridges, checkpoints);
+    ThinWalls found = summary(ridges, volume, checkpoints);
+    report_progress(progress, 1);
+    return found;
 }
 
 template <class T>
@@ -270,18 +298,22 @@ ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView su
     check_volume(volume);
     if (!all_finite(surface.points))
         throw InputError("thin walls: a coordinate of the surface is NaN or infinite");
+    if (options.noise && !(*options.noise >= 0 && std::isfinite(*options.noise)))
+        throw InputError("thin walls: options.noise must be finite and at least 0");
     const double sample_isovalue = checked_isovalue(isovalue, volume.rescale);
     if (volume.geometry.sample_count() == 0) return {};
+    const double estimated = options.noise ? 0 : 0.5;  // the part of the progress
     const double noise =
         options.noise
             ? *options.noise
-            : estimate_noise(volume, {options.threads, sub_progress(options.progress, 0, 0.5)}).sigma;
+            : estimate_noise(volume, {options.threads, sub_progress(options.progress, 0, estimated)}).sigma;
     const double sample_noise = noise / volume.rescale.slope;
+    const Progress progress = sub_progress(options.progress, estimated, 1);
     ThinWalls found;
     try {
         with_threads(options.threads, [&] {
             visit_sample_type(volume.type, [&]<class T>(T) {
-                found = find<T>(volume, sample_isovalue, sample_noise, surface, options);
+                found = find<T>(volume, sample_isovalue, sample_noise, surface, progress);
             });
         });
     } catch (const std::bad_alloc&) {
@@ -290,15 +322,21 @@ ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView su
     return found;
 }
 
-Volume restore_thin_walls(const VolumeView& volume, double isovalue, const ThinWalls& walls) {
+Volume restore_thin_walls(const VolumeView& volume, double isovalue, const ThinWalls& walls,
+                          const Progress& progress) {
     check_volume(volume);
     const double sample_isovalue = checked_isovalue(isovalue, volume.rescale);
     Volume result =
         crop(volume, {0, 0, 0},
              {volume.geometry.dims[0] - 1, volume.geometry.dims[1] - 1, volume.geometry.dims[2] - 1});
+    Checkpoints checkpoints(progress, 0.5);
     visit_sample_type(volume.type, [&]<class T>(T) {
-        for (const RidgeSample& ridge : walls.samples) restore<T>(volume, sample_isovalue, ridge, result);
+        for (const RidgeSample& ridge : walls.samples) {
+            checkpoints.pass();
+            restore<T>(volume, sample_isovalue, ridge, result);
+        }
     });
+    report_progress(progress, 1);
     return result;
 }
 

@@ -132,15 +132,17 @@ TrustReport report_trust(const VolumeView& volume, std::span<const Vec3f> points
     TrustReport report;
     report.step = options.step ? *options.step : default_step(volume);
     report.cap = largest_spacing(matrix);
-    report.noise = options.noise
-                       ? *options.noise
-                       : estimate_noise(volume, {options.threads, sub_progress(options.progress, 0, 0.3)});
+    const double estimated = options.noise ? 0 : 0.3;  // the part of the progress
+    report.noise =
+        options.noise
+            ? *options.noise
+            : estimate_noise(volume, {options.threads, sub_progress(options.progress, 0, estimated)});
     report.shift.resize(points.size());
     report.noise_shift.resize(points.size());
     constexpr std::size_t kBlock = 4096;
     std::vector<char> within(points.size());
     with_threads(options.threads, [&] {
-        Stage stage(options.progress, 0.3, 1, (points.size() + kBlock - 1) / kBlock);
+        Stage stage(options.progress, estimated, 1, (points.size() + kBlock - 1) / kBlock);
         visit_sample_type(volume.type, [&]<class T>(T) {
             const Interpolant<T> interpolant(volume);
             parallel_for(std::size_t{0}, (points.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
