@@ -67,19 +67,20 @@ Json trust_numbers(const SurfaceTrust& trust) {
     };
     const TrustReport& report = trust.report;
     const NoiseEstimate& noise = report.noise;
+    const auto if_known = [&](const Json& number) { return noise.windows > 0 ? number : Json(); };
     return {{"isovalue_step", report.step},
             {"shift_mm", percentiles(report.shifts)},
-            {"noise_mm", percentiles(report.noise_shifts)},
+            {"noise_mm", if_known(percentiles(report.noise_shifts))},
             {"cap_mm", report.cap},
             {"border_points", report.border_points},
             {"noise",
              {{"estimator", "lower of local_deviation and slices, in windows of tissue"},
-              {"sigma", noise.windows > 0 ? Json(noise.sigma) : Json()},
-              {"lowest", noise.lowest},
-              {"highest", noise.highest},
-              {"local_deviation", noise.local_deviation},
+              {"sigma", if_known(noise.sigma)},
+              {"lowest", if_known(noise.lowest)},
+              {"highest", if_known(noise.highest)},
+              {"local_deviation", if_known(noise.local_deviation)},
               {"slices", noise.slices ? Json(*noise.slices) : Json()},
-              {"laplacian", noise.laplacian},
+              {"laplacian", if_known(noise.laplacian)},
               {"windows", noise.windows}}}};
 }
 

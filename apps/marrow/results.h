@@ -56,6 +56,7 @@ struct StepReport {
 struct VanishedWalls {
     ThinWalls found;
     bool restored = false;
+    bool noise_is_known = true;  ///< else some of them may be noise
 };
 
 /// The name of the device that is none.

@@ -65,10 +65,12 @@ void look_for_thin_walls(Surface& surface, const Volume& scan, const NoiseEstima
     const Progress progress = options.progress;
     const auto half = [&](double begin) { return [&, begin](double f) { return progress(begin + f / 2); }; };
     surface.thin_walls = VanishedWalls{
-        find_thin_walls(scan, surface.isovalue, surface.mesh,
-                        {.noise = noise.sigma, .threads = options.threads, .progress = half(0)})};
+        .found = find_thin_walls(scan, surface.isovalue, surface.mesh,
+                                 {.noise = noise.sigma, .threads = options.threads, .progress = half(0)}),
+        .noise_is_known = noise.windows > 0};
     if (!keep || surface.thin_walls->found.samples.empty()) return;
-    const Volume restored = restore_thin_walls(scan, surface.isovalue, surface.thin_walls->found);
+    const Volume restored = restore_thin_walls(scan, surface.isovalue, surface.thin_walls->found,
+                                               [&](double) { return progress(0.5); });
     options.progress = half(0.5);
     surface.mesh = extract_isosurface(restored, surface.isovalue, options);
     surface.device = kCpu;
@@ -104,7 +106,11 @@ std::string trust_lines(const Surface& surface) {
 
 std::optional<std::string> thin_wall_warning(const Surface& surface, Space space) {
     if (!surface.thin_walls || surface.thin_walls->restored) return {};
-    return thin_walls_warning(surface.thin_walls->found, surface.isovalue, space);
+    std::optional<std::string> warning =
+        thin_walls_warning(surface.thin_walls->found, surface.isovalue, space);
+    if (warning && !surface.thin_walls->noise_is_known)
+        *warning += "; the noise of the scan is unknown, so some of it may be noise";
+    return warning;
 }
 
 }  // namespace marrow::apps

@@ -20,7 +20,8 @@ enum class ThinWallState {
 /// Three arrays for MeshObject::arrays: `shift_mm` and `noise_mm` of `report`, and `thin_wall`,
 /// which is 1 for points of near_thin_walls() and 0 for others. They borrow `report` and
 /// `near_thin_walls`, which has one number for each point. `hounsfield` says that the samples are in
-/// HU, as the meanings of the arrays then state.
+/// HU, as the meanings of the arrays then state. Where the noise is unknown, `noise_mm` is 0, and its
+/// meaning says so.
 MARROW_EXPORT std::vector<PointArray> trust_arrays(const TrustReport& report,
                                                    std::span<const float> near_thin_walls,
                                                    ThinWallState thin_walls, bool hounsfield);

@@ -108,6 +108,37 @@ TEST_F(ThinWallScan, SeveralSurfacesHaveTheirOwn) {
         EXPECT_GT(surface["trust"]["shift_mm"]["median"].get<double>(), 0);
 }
 
+// The step of 100 is in Hounsfield units, which NRRD does not promise.
+TEST_F(ThinWallScan, TrustSaysThatItAssumesHounsfieldUnits) {
+    const auto run = [&](std::vector<std::string> options) {
+        options.insert(options.begin(), {scan, "--isovalue", "225.5", "-o", mesh});
+        return marrow_with(options).err;
+    };
+    const std::string assumption = "assumed to be Hounsfield units";
+    EXPECT_NE(run({"--trust"}).find(assumption), std::string::npos);
+    EXPECT_EQ(run({}).find(assumption), std::string::npos);
+    const std::string both = bone({"--trust"}).err;
+    EXPECT_EQ(both.find(assumption), both.rfind(assumption)) << both;
+}
+
+// Blocks of 5 samples have no window of 7 x 7 samples in tissue.
+TEST_F(ThinWallScan, NoiseCanBeUnknown) {
+    write_nrrd(scan, 40, 40, 24, [](int x, int y, int z) {
+        const bool frame = x > 6 && x < 33 && y > 6 && y < 33 && z > 6 && z < 17 && x % 6 > 0 &&
+                           !(x > 11 && x < 28 && y > 11 && y < 28);
+        const bool wall = x > 11 && x < 28 && y > 11 && y < 28 && z == 12;
+        return frame ? 1200 : wall ? -100 : -1000;
+    });
+    const Outcome outcome = bone({"--trust", "--json"});
+    const Json json = Json::parse(outcome.out);
+    ASSERT_EQ(json["trust"]["noise"]["windows"], 0) << outcome.out;
+    for (const char* number : {"sigma", "lowest", "highest", "local_deviation", "slices", "laplacian"})
+        EXPECT_TRUE(json["trust"]["noise"][number].is_null()) << number;
+    EXPECT_TRUE(json["trust"]["noise_mm"].is_null());
+    EXPECT_NE(outcome.err.find("the noise of the scan is unknown"), std::string::npos) << outcome.err;
+    EXPECT_NE(read_file(mesh).find("comment noise_mm: 0, as the noise is unknown\n"), std::string::npos);
+}
+
 // Walls are looked for in bone only, and yet both have the same arrays, as one file needs.
 TEST_F(ThinWallScan, SurfacesInOneFileHaveTheSameArrays) {
     const Outcome outcome =

@@ -292,8 +292,11 @@ void run(const ExtractOptions& options, const Console& console, const std::atomi
         if (surfaces.empty()) throw_no_surface(job.results.info, unfiltered);
         assumption = check_presets(surfaces, job.results.info, unfiltered);
         const ScanInfo& info = job.results.info;
-        hounsfield = options.trust.report &&
-                     presets_apply(info.series.modality, info.format, histogram(unfiltered).lower);
+        if (!options.trust.report) return;
+        const double lowest = histogram(unfiltered).lower;
+        hounsfield = presets_apply(info.series.modality, info.format, lowest);
+        if (hounsfield && info.series.modality != "CT")
+            assumption = assumed_hounsfield_warning(info.format, lowest);
     });
     if (!assumption.empty()) job.results.warnings.push_back(assumption);
     job.results.surfaces.reserve(surfaces.size());

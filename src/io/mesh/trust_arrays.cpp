@@ -25,10 +25,13 @@ std::string thin_wall_meaning(ThinWallState thin_walls) {
 std::vector<PointArray> trust_arrays(const TrustReport& report, std::span<const float> near_thin_walls,
                                      ThinWallState thin_walls, bool hounsfield) {
     const char* const unit = hounsfield ? " HU" : "";
+    const bool known = report.noise.windows > 0;
     return {{"shift_mm",
              fmt::format("mm that the surface moves if the isovalue changes by {:g}{}", report.step, unit),
              report.shift},
-            {"noise_mm", fmt::format("mm, standard deviation by noise of {:.3g}{}", report.noise.sigma, unit),
+            {"noise_mm",
+             known ? fmt::format("mm, standard deviation by noise of {:.3g}{}", report.noise.sigma, unit)
+                   : "0, as the noise is unknown",
              report.noise_shift},
             {"thin_wall", thin_wall_meaning(thin_walls), near_thin_walls}};
 }
