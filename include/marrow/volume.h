@@ -94,7 +94,8 @@ MARROW_EXPORT void check_geometry(const Geometry& geometry);
 ///
 /// Isovalues, and all other numbers in the unit of a scan that functions take and give, are values. The
 /// surface is that of the samples at sample(isovalue): a sample is inside if it is finite and at least that,
-/// compared exactly. So a sample whose value is the isovalue is inside.
+/// compared exactly. So a whole sample whose value is the isovalue is inside; with a fraction, rounding can
+/// put it outside.
 struct Rescale {
     double slope = 1;  ///< > 0, so that larger samples have larger values
     double intercept = 0;
