@@ -28,11 +28,17 @@ using LabelTable = std::map<std::int64_t, LabelEntry>;
 /// | ITK-SNAP                    | `label red green blue alpha visible mesh "name"`           |
 /// | plain                       | `label name`, separated by spaces, tabs or commas          |
 ///
-/// Numbers after the name are ignored unless they are a colour of three or four numbers.
-/// \throw IoError the file cannot be read; InputError a line has another form, or a label occurs twice
+/// Numbers after the name are ignored unless they are a colour of three or four numbers. A name may end in a
+/// number if it is in quotes, if commas or tabs separate it from the colour, or if an alpha of 255 is last.
+/// \throw IoError the file cannot be read; InputError a line has another form, a label occurs twice, or some
+/// colours have an alpha and others do not, so that a number may belong to a name without quotes
 MARROW_EXPORT LabelTable read_label_table(const std::filesystem::path& file);
 
 /// A colour for a label without one. It depends only on the label; consecutive labels have distinct colours.
 MARROW_EXPORT std::array<double, 3> default_label_colour(std::int64_t label);
+
+/// The name and the colour of a label: those of the table where it has them, or else "label-N" and the
+/// default colour.
+MARROW_EXPORT LabelEntry label_entry(const LabelTable& table, std::int64_t label);
 
 }  // namespace marrow

@@ -1,5 +1,8 @@
 // read_label_table and default_label_colour.
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -61,6 +64,54 @@ TEST(LabelTable, AcceptsQuotesWithinQuotesAndAByteOrderMark) {
     EXPECT_EQ(table.at(2).colour, (Colour{0, 0, 1}));
 }
 
+TEST(LabelTable, NamesCanEndInNumbers) {
+    const LabelTable table = table_of(
+        "1,vertebra 1,255,0,0\n2\tvertebra 2\t255\t0\t0\t255\n3 vertebra 3 255 0 0 255\n"
+        "4 \"vertebra 4\" 255 0 0\n5;\"vertebra 5\";255;0;0\n6, vertebra 6, 255, 0, 0\n");
+    ASSERT_EQ(table.size(), 6u);
+    for (const auto& [label, entry] : table) {
+        EXPECT_EQ(entry.name, "vertebra " + std::to_string(label));
+        EXPECT_EQ(entry.colour, (Colour{1, 0, 0})) << label;
+    }
+    // FreeSurfer's colours have an alpha of 0, and a type of tissue can follow.
+    const LabelTable free_surfer = table_of("4 Left-Ventricle 120 18 134 0\n5 Left-Thalamus 0 118 14 0 2\n");
+    EXPECT_EQ(free_surfer.at(4).name, "Left-Ventricle");
+    EXPECT_EQ(free_surfer.at(4).colour, (Colour{120 / 255.0, 18 / 255.0, 134 / 255.0}));
+    EXPECT_EQ(free_surfer.at(5).name, "Left-Thalamus");
+}
+
+TEST(LabelTable, RefusesNumbersThatMayBelongToTheNameOrTheColour) {
+    try {
+        table_of("1 liver 255 0 0\n2 vertebra 1 255 0 0\n");
+        ADD_FAILURE() << "accepted";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("line 2: the first of four numbers may belong to the name"),
+                  std::string::npos)
+            << error.what();
+    }
+    const LabelTable quoted = table_of("1 liver 255 0 0\n2 \"vertebra 1\" 255 0 0\n");
+    EXPECT_EQ(quoted.at(2).name, "vertebra 1");
+    EXPECT_EQ(quoted.at(2).colour, (Colour{1, 0, 0}));
+}
+
+TEST(LabelTable, KeepsEmptyNames) {
+    const LabelTable table = table_of("1,,255,0,0\n2,liver,,\n");
+    EXPECT_EQ(table.at(1).name, "");
+    EXPECT_EQ(table.at(1).colour, (Colour{1, 0, 0}));
+    EXPECT_EQ(table.at(2).name, "liver");
+}
+
+TEST(LabelTable, NamesAnyLabel) {
+    const LabelTable table =
+        table_of("9007199254740993 a\n864691135000000001 b\n-9223372036854775808 c\n4.0 d\n1e3 e\n");
+    EXPECT_EQ(table.at(9007199254740993).name, "a");
+    EXPECT_EQ(table.at(864691135000000001).name, "b");
+    EXPECT_EQ(table.at(std::numeric_limits<std::int64_t>::min()).name, "c");
+    EXPECT_EQ(table.at(4).name, "d");
+    EXPECT_EQ(table.at(1000).name, "e");
+    EXPECT_THROW(table_of("9223372036854775808 a\n"), InputError);
+}
+
 TEST(LabelTable, NamesTheLineOfAnError) {
     for (const char* text : {"1 a\nliver\n", "1 a\n2\n", "1 a\n1 b\n", "1 a\n1.5 b\n", "1 a\nnan b\n"}) {
         SCOPED_TRACE(text);
@@ -75,7 +126,11 @@ TEST(LabelTable, NamesTheLineOfAnError) {
 }
 
 TEST(LabelTable, NeighbouringLabelsDifferInColour) {
-    for (std::int64_t label = -3; label < 300; ++label) {
+    std::vector<std::int64_t> labels;
+    for (std::int64_t label = -3; label < 300; ++label) labels.push_back(label);
+    for (const std::int64_t base : {std::int64_t{1} << 31, std::int64_t{1} << 53, std::int64_t{1} << 62})
+        for (std::int64_t label = base - 5; label < base + 5; ++label) labels.push_back(label);
+    for (const std::int64_t label : labels) {
         const Colour a = default_label_colour(label), b = default_label_colour(label + 1);
         double difference = 0;
         for (std::size_t i = 0; i < 3; ++i) {
@@ -83,7 +138,20 @@ TEST(LabelTable, NeighbouringLabelsDifferInColour) {
             EXPECT_LE(a[i], 1);
             difference += std::abs(a[i] - b[i]);
         }
-        EXPECT_GT(difference, 0.3);
+        EXPECT_GT(difference, 0.3) << label;
+    }
+}
+
+// Files have the colours that labels always had.
+TEST(LabelTable, ColoursOfSmallLabelsArePreserved) {
+    for (std::int64_t label = 0; label <= 100000; ++label) {
+        const double turns = static_cast<double>(label) * 0.61803398874989485,
+                     hue = 6 * (turns - std::floor(turns));
+        const Colour colour = default_label_colour(label);
+        for (std::size_t i = 0; i < 3; ++i) {
+            const double k = std::fmod(5 - 2 * static_cast<double>(i) + hue, 6);
+            ASSERT_EQ(colour[i], 0.92 * (1 - 0.55 * std::max(0.0, std::min({k, 4 - k, 1.0})))) << label;
+        }
     }
 }
 

@@ -122,13 +122,9 @@ Json labels_of(const Volume& map, const LabelTable& table) {
     Json out = Json::array();
     for (const auto& [label, samples] : count_labels(map)) {
         if (label == LabelOptions{}.background) continue;
-        std::string name = "label-" + std::to_string(label);
-        std::array<double, 3> colour = default_label_colour(label);
-        if (const auto entry = table.find(label); entry != table.end()) {
-            if (!entry->second.name.empty()) name = entry->second.name;
-            if (entry->second.colour) colour = *entry->second.colour;
-        }
-        out.push_back({{"label", label}, {"name", name}, {"colour", colour}, {"samples", samples}});
+        const LabelEntry entry = label_entry(table, label);
+        out.push_back(
+            {{"label", label}, {"name", entry.name}, {"colour", *entry.colour}, {"samples", samples}});
     }
     return out;
 }
