@@ -111,9 +111,19 @@ TEST(DicomSegmentation, FramesThatAreNotOnOneGridAreRefused) {
         {"would have", segmentation({{1, 0, some}, {1, 1e6, some}}, "BINARY")},
         {"does not name its segment", segmentation({{0, 0, some}}, "BINARY")}};
     for (const auto& [part, s] : cases) {
+        SCOPED_TRACE(part);
         TemporaryFolder folder;
         s.write(folder / "seg.dcm");
         contains(refusal<InputError>(folder / "seg.dcm"), part);
+    }
+    // As for several times; segments of different numbers may be at one place.
+    for (const char* type : {"BINARY", "FRACTIONAL", "LABELMAP"}) {
+        TemporaryFolder folder;
+        segmentation({{1, 0, some}, {2, 0.25, some}, {2, 0, some}, {1, 0, some}}, type)
+            .write(folder / "seg.dcm");
+        contains(refusal<GeometryError>(folder / "seg.dcm"),
+                 std::string("frames 1 and ") + (std::string(type) == "LABELMAP" ? "3" : "4") +
+                     " of the segmentation are at the same place");
     }
     TemporaryFolder folder;
     DicomWriter s = segmentation({{1, 0, some}}, "BINARY");

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
+#include <utility>
 
 #include <marrow/error.h>
 #include <marrow/vector.h>
@@ -118,6 +120,20 @@ FrameGrid grid_of(const DicomFile& file) {
     return out;
 }
 
+// Refuses frames that would overwrite each other, such as those of several times: two of one segment, or of a
+// label map, in the same slice.
+void check_places(const DicomFile& file, const FrameGrid& grid) {
+    const bool is_map = file.segmentation->type == DicomSegmentation::Type::label_map;
+    std::map<std::pair<int, std::size_t>, std::size_t> frame_at;  // by segment and slice
+    for (std::size_t f = 0; f < grid.slices.size(); ++f) {
+        const auto [at, added] =
+            frame_at.try_emplace({is_map ? 0 : file.frames[f].segment, grid.slices[f]}, f);
+        if (!added)
+            refuse(file, fmt::format("frames {} and {} of the segmentation are at the same place",
+                                     at->second + 1, f + 1));
+    }
+}
+
 // Copies a label map, or the frames of one, into a volume. \throw InputError a label is negative or too large
 template <class T>
 Volume stored_map(const FrameGrid& grid, const std::int32_t* stored, std::size_t area) {
@@ -215,6 +231,7 @@ LabelMaps read_label_maps(const DicomFile& file, const ScanOptions& options) {
         if (frame.segment <= 0 && file.segmentation->type != DicomSegmentation::Type::label_map)
             fail<InputError>(file.path, "a frame of the segmentation does not name its segment");
     }
+    check_places(file, grid);
     DicomWorkspace workspace;
     report_progress(options.progress, 0);
     const std::int32_t* stored = decode_dicom(file, workspace, [](double) {});
