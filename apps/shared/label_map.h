@@ -1,6 +1,8 @@
 /// Tells label maps from scans.
 #pragma once
 
+#include <cstdint>
+
 #include <marrow/volume.h>
 
 namespace marrow::apps {
@@ -8,5 +10,9 @@ namespace marrow::apps {
 /// Whether the samples are probably labels rather than measurements: whole numbers from 0, and most
 /// neighbours that are both not background are equal.
 bool looks_like_label_map(const Volume& volume);
+
+/// Whether most neighbours along x that are both not `background` are equal. Noise makes those of a scan
+/// differ, while those within a structure of a label map are equal. The samples' type has the background.
+bool has_equal_neighbours(const Volume& volume, std::int64_t background);
 
 }  // namespace marrow::apps

@@ -101,6 +101,13 @@ TEST_F(LabelMap, DistinguishesLabelsOfTheSameName) {
     EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "part-3.stl", "part-7.stl", "label-12.stl"}));
 }
 
+TEST_F(LabelMap, NumbersNamesUntilTheyAreUnique) {
+    write_file(table, "3 part\n7 part\n12 part-7\n");
+    const Outcome outcome = marrow_with({map, "--labels", table, "-o", folder / "{name}.stl"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "part-3.stl", "part-7-7.stl", "part-7.stl"}));
+}
+
 TEST_F(LabelMap, RelaxationIsOptional) {
     const auto first_surface = [&](const std::string& passes) {
         const Outcome outcome =
@@ -159,9 +166,16 @@ TEST_F(LabelMap, WritesOnlyTheWantedLabelsInTheSameShape) {
     EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "c.vtp", "--only", "12", "-q"}).err, "");
     write_file(table, "3,\"lobe, left\"\n7 lobe\n");
     EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "d.stl", "--only", "lobe, left"}).code, 0);
+    EXPECT_EQ(surfaces({"--only", "3, 12"}).size(), 2u);
+    EXPECT_EQ(surfaces({"--only", " 3,"}).size(), 1u);
+    EXPECT_EQ(marrow_with({map, "--labels", table, "-o", folder / "c.vtp", "--only", ","}).code, kUsage);
     const Outcome missing = marrow_with({map, "--labels", table, "-o", folder / "c.vtp", "--only", "7,5"});
     EXPECT_EQ(missing.code, kUsage);
     EXPECT_NE(missing.err.find("has no label '5'"), missing.err.npos) << missing.err;
+    write_file(table, "3 \"7\"\n7 tail\n");
+    const Json number = surfaces({"--only", "7"});
+    ASSERT_EQ(number.size(), 1u);
+    EXPECT_EQ(number[0]["label"], 7);
 }
 
 TEST_F(LabelMap, CanBeCropped) {
@@ -198,6 +212,18 @@ TEST_F(LabelMap, RefusesScans) {
             << outcome.err;
     }
     EXPECT_EQ(marrow_with({map, "--labels", "--only", "7", "-o", folder / "a.vtp"}).code, kOk);
+}
+
+TEST_F(LabelMap, AcceptsManyLabelsAndNegativeOnes) {
+    write_nrrd(map, 40, 8, 8, [](int x, int y, int z) { return x / 4 + 10 * (y / 4) + 20 * (z / 4) - 2; });
+    const Outcome outcome = marrow_with({map, "--labels", "-o", folder / "a.vtp", "--json"});
+    ASSERT_EQ(outcome.code, kOk) << outcome.err;
+    EXPECT_EQ(Json::parse(outcome.out)["surfaces"].size(), 39u);
+    // A scan that is clipped.
+    std::mt19937 random(5);
+    write_nrrd(map, 20, 20, 20,
+               [&](int x, int, int) { return x < 14 ? -1000 : static_cast<int>(random() % 2000) - 900; });
+    EXPECT_EQ(marrow_with({map, "--labels", "-o", folder / "a.vtp"}).code, kUsage);
 }
 
 TEST_F(LabelMap, NamesTheLabelsThatThereAre) {

@@ -18,6 +18,7 @@
 
 #include "outputs.h"
 #include "shared/label_map.h"
+#include "shared/report_progress.h"
 #include "shared/suggestions.h"
 #include "warnings.h"
 
@@ -52,17 +53,17 @@ Labels labels_of(const Counts& counts, const LabelTable& table) {
     std::map<std::string, int> uses;
     for (const auto& [label, samples] : counts) {
         if (label == LabelOptions{}.background) continue;
-        Label one{fmt::format("label-{}", label), {}, default_label_colour(label)};
-        if (const auto entry = table.find(label); entry != table.end()) {
-            if (!entry->second.name.empty()) one.name = entry->second.name;
-            if (entry->second.colour) one.colour = *entry->second.colour;
-        }
-        one.file_name = file_name(one.name);
+        const LabelEntry entry = label_entry(table, label);
+        Label one{entry.name, file_name(entry.name), *entry.colour};
         ++uses[one.file_name];
         labels.emplace(label, std::move(one));
     }
+    // Names that several labels have get the label's number, as often as it takes to be unique.
+    const auto uses_before = uses;
     for (auto& [label, one] : labels) {
-        if (uses[one.file_name] > 1) one.file_name += fmt::format("-{}", label);
+        if (uses_before.at(one.file_name) == 1) continue;
+        do one.file_name += fmt::format("-{}", label);
+        while (++uses[one.file_name] > 1);
     }
     return labels;
 }
@@ -96,25 +97,36 @@ std::string lower(std::string text) {
     return text;
 }
 
+std::string trimmed(const std::string& text) {
+    const std::size_t begin = std::min(text.find_first_not_of(' '), text.size());
+    return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
+}
+
 // Marks the labels in `only` as wanted: numbers or names in any case, separated by commas. A name may itself
-// contain commas.
+// contain commas. The number of a label goes before names.
 void choose_labels(const std::string& only, Labels& labels) {
     for (auto& [label, one] : labels) one.wanted = false;
     const auto choose_one = [&](const std::string& wanted) {
+        for (auto& [label, one] : labels) {
+            if (wanted == std::to_string(label)) return one.wanted = true;
+        }
         bool found = false;
         for (auto& [label, one] : labels) {
-            if (wanted != std::to_string(label) && lower(wanted) != lower(one.name)) continue;
-            one.wanted = found = true;
+            if (lower(wanted) == lower(one.name)) one.wanted = found = true;
         }
         return found;
     };
     if (choose_one(only)) return;
+    bool any = false;
     for (std::size_t begin = 0; begin <= only.size();) {
         const std::size_t end = std::min(only.find(',', begin), only.size());
-        const std::string wanted = only.substr(begin, end - begin);
-        if (!choose_one(wanted)) throw_unknown_label(wanted, labels);
+        const std::string wanted = trimmed(only.substr(begin, end - begin));
         begin = end + 1;
+        if (wanted.empty()) continue;
+        if (!choose_one(wanted)) throw_unknown_label(wanted, labels);
+        any = true;
     }
+    if (!any) throw_unknown_label(only, labels);
 }
 
 std::vector<fs::path> files_of(const LabelsOptions& options, const std::vector<std::string>& names) {
@@ -140,7 +152,14 @@ void name_files(const LabelsOptions& options, const Labels& labels, std::vector<
 // The thousands of surfaces of a scan would take minutes, and nobody wants them.
 void refuse_scan(const fs::path& input, const Counts& counts, const Volume& map) {
     constexpr std::size_t kMany = 32;
-    if (counts.size() > kMany && !looks_like_label_map(map))
+    if (counts.size() <= kMany) return;
+    std::int64_t background = LabelOptions{}.background;
+    // Scans with negative values may be clipped at one of them, which then is the most frequent.
+    if (counts.begin()->first < background)
+        background = std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
+                         return a.second < b.second;
+                     })->first;
+    if (!has_equal_neighbours(map, background))
         throw UsageError(fmt::format(
             "'{}' looks like a scan, not like a label map: it has {} different values, from {} to {}, and "
             "neighbours mostly differ; extract an isosurface with --isovalue, or name labels with --only",
@@ -199,10 +218,12 @@ void extract(const LabelOptions& options, const Volume& map, const Labels& label
 }
 
 void measure_volumes(const Counts& counts, const Mat3d& index_to_physical, int threads,
-                     std::vector<Surface>& surfaces) {
+                     const Progress& progress, std::vector<Surface>& surfaces) {
     const Mat3d& step = index_to_physical;
     const double sample_mm3 = std::abs(dot(step[0], cross(step[1], step[2])));
+    double done = 0;
     for (Surface& surface : surfaces) {
+        report(progress, done++ / static_cast<double>(surfaces.size()));
         const std::int64_t samples = counts.at(*surface.label);
         surface.measures = measure(surface.mesh, {.threads = threads});
         surface.label_volume = {samples, static_cast<double>(samples) * sample_mm3, surface.measures->volume};
@@ -239,8 +260,11 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
     if (options.table.empty()) table = results.info.series.labels;
     Counts counts;
     for (const Volume& map : maps) {
-        for (const auto& [label, samples] : count_labels(map, {.threads = job.threads()}))
-            counts[label] += samples;
+        job.stage("count", [&](const Progress& progress) {
+            for (const auto& [label, samples] :
+                 count_labels(map, {.threads = job.threads(), .progress = progress}))
+                counts[label] += samples;
+        });
     }
     Labels labels = labels_of(counts, table);
     if (labels.empty())
@@ -264,7 +288,10 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
     }
     std::sort(results.surfaces.begin(), results.surfaces.end(),
               [](const Surface& a, const Surface& b) { return *a.label < *b.label; });
-    measure_volumes(counts, maps[0].geometry().index_to_physical(), job.threads(), results.surfaces);
+    job.stage("measure", [&](const Progress& progress) {
+        measure_volumes(counts, maps[0].geometry().index_to_physical(), job.threads(), progress,
+                        results.surfaces);
+    });
     warn_of_loss(results.surfaces, results.warnings);
     name_files(options, labels, results.surfaces);
     warn_of_coinciding_points(results.surfaces, "if that matters, write .3mf or .ply", results.warnings);
