@@ -222,10 +222,10 @@ class CellRows {
         const Vec cell = hn::Set(D(), bit);
         unsigned c = 0;
         for (std::size_t k = 0; k < kVectors; ++k) {
-            std::uint8_t here = 0, next = 0;
-            hn::StoreMaskBits(D(), hn::TestBit(here_[k], cell), &here);
-            hn::StoreMaskBits(D(), hn::TestBit(next_[k], cell), &next);
-            c |= static_cast<unsigned>(here | next << 4) << kLanes * k;
+            std::uint8_t here[8] = {}, next[8] = {};  // as many bytes as StoreMaskBits may write
+            hn::StoreMaskBits(D(), hn::TestBit(here_[k], cell), here);
+            hn::StoreMaskBits(D(), hn::TestBit(next_[k], cell), next);
+            c |= static_cast<unsigned>(here[0] | next[0] << 4) << kLanes * k;
         }
         return static_cast<std::uint8_t>(c);
     }
