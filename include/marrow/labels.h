@@ -54,9 +54,9 @@ struct LabelSurface {
 /// After Gibson 1998 (constrained elastic surface nets), and Schaefer, Ju and Warren 2007 (manifold dual
 /// contouring).
 /// \throw InputError bad geometry, a null view, a rescale, samples that are not integers or, in float32,
-/// beyond 2^24, more than 65535 different values, a background that the samples' type does not have, or a
-/// negative `relax`; LimitError more points than triangles can name, or 2^32 triangles or more to relax;
-/// Cancelled
+/// beyond 2^24, more than 65535 labels besides the background, a background that the samples' type does not
+/// have as a label, or a negative `relax`; LimitError more points than triangles can name, or 2^32 triangles
+/// or more to relax; Cancelled
 MARROW_EXPORT std::vector<LabelSurface> extract_labels(const VolumeView& map,
                                                        const LabelOptions& options = {});
 

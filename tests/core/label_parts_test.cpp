@@ -162,6 +162,15 @@ TEST(LabelPartsTest, RefuseWhatCannotGiveTheBytesOfTheWhole) {
                                    options),
                  InputError);
     EXPECT_TRUE(merge_label_parts({}, options).empty());
+    const Volume half_empty =
+        sampled<std::uint8_t>(grid(9, 12, 10), [](auto, auto, auto z) { return z < 5 ? 0 : 1; });
+    const auto part = [&](std::int64_t first, std::int64_t slices, int relax) {
+        return extract_label_part(part_of(half_empty, {0, 0, first}, {9, 12, slices}), whole,
+                                  {.relax = relax});
+    };
+    EXPECT_NO_THROW(merge_label_parts(std::vector{part(0, 3, 1), part(3, 4, 1), part(7, 3, 1)}, options));
+    EXPECT_THROW(merge_label_parts(std::vector{part(0, 3, 1), part(3, 4, 1), part(7, 3, 0)}, options),
+                 InputError);
 
     VolumeView view = part_of(map, {0, 0, 4}, {9, 12, 6});
     view.below[2] = 2;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -9,6 +10,7 @@
 #include <marrow/labels.h>
 #include <marrow/measure.h>
 
+#include "core/surface_nets/label_meshes.h"
 #include "support/fields.h"
 #include "support/mesh_checks.h"
 
@@ -134,6 +136,23 @@ TEST(Labels, NegativeLabelsAndAnotherBackground) {
     EXPECT_EQ(surfaces[0].label, -3);
     EXPECT_EQ(surfaces[1].label, 0);
     EXPECT_THROW(surfaces_of(labelled<std::uint8_t>(grid(1, 1, 1), {1}), {.background = 256}), InputError);
+    for (const std::int64_t background :
+         {std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min()}) {
+        EXPECT_THROW(surfaces_of(labelled<float>(grid(1, 1, 1), {1}), {.background = background}),
+                     InputError);
+        EXPECT_THROW(surfaces_of(labelled<double>(grid(1, 1, 1), {1}), {.background = background}),
+                     InputError);
+    }
+}
+
+TEST(Labels, AreAtMost65535BesidesTheBackground) {
+    std::vector<std::int32_t> samples(65536);
+    std::iota(samples.begin(), samples.end(), 0);
+    samples[0] = 1;
+    const Volume map = labelled(grid(256, 256, 1), samples);
+    EXPECT_EQ(surfaces_of(map, {.relax = 0, .normals = false}).size(), 65535u);
+    samples[0] = 65536;
+    EXPECT_THROW(surfaces_of(labelled(grid(256, 256, 1), samples), {.relax = 0}), InputError);
 }
 
 TEST(Labels, FacesOutward) {
@@ -168,7 +187,7 @@ TEST(Labels, FacesOutward) {
 }
 
 TEST(Labels, NormalsAreUnitVectorsInAnyUnitOfLength) {
-    for (const double spacing : {1e-12, 1.0, 1e10}) {
+    for (const double spacing : {1e-30, 1e-25, 1e-12, 1.0, 1e10, 1e20, 1e30}) {
         Geometry g = grid(3, 3, 3);
         g.spacing = {spacing, spacing, spacing};
         std::vector<std::uint8_t> samples(27);
@@ -217,8 +236,10 @@ TEST(Labels, PointsStayInTheirCells) {
     for (std::size_t i = 0; i < raw.size(); ++i) {
         ASSERT_EQ(raw[i].mesh.points.size(), relaxed[i].mesh.points.size());
         for (std::size_t p = 0; p < raw[i].mesh.points.size(); ++p) {
-            for (std::size_t a = 0; a < 3; ++a)
-                ASSERT_LT(std::abs(raw[i].mesh.points[p][a] - relaxed[i].mesh.points[p][a]), 0.95f);
+            for (std::size_t a = 0; a < 3; ++a) {
+                const float middle = std::floor(raw[i].mesh.points[p][a]) + 0.5f;
+                ASSERT_LE(std::abs(relaxed[i].mesh.points[p][a] - middle), 0.5f);
+            }
         }
     }
 }
@@ -275,6 +296,32 @@ TEST(Labels, ReportsProgressAndCanBeCancelled) {
                     return true;
                 }});
     EXPECT_EQ(last, 1);
+}
+
+TEST(Labels, CanBeCancelledAtAnyTime) {
+    const Volume map = random_labels<float>(grid(9, 9, 9), 1, 3);
+    const auto calls_until = [&](int most) {
+        int calls = 0;
+        try {
+            surfaces_of(map, {.relax = 12, .progress = [&](double) { return ++calls < most; }});
+        } catch (const Cancelled&) {
+            EXPECT_EQ(calls, most);
+            return calls;
+        }
+        EXPECT_LT(calls, most);
+        return calls;
+    };
+    const int all = calls_until(std::numeric_limits<int>::max());
+    EXPECT_GT(all, 9 + 3 * 9 + 12 * 10) << "checks and borders by slices, relaxation by slices and passes";
+    for (int most = 1; most < all; most += 3) EXPECT_EQ(calls_until(most), most);
+}
+
+// Memory that was used before has other values than 0.
+TEST(Labels, PointsOfTheNetThatNoSurfaceHasAreAtZero) {
+    constexpr std::size_t kPoints = 100;
+    { const Buffer<Vec3f> used(kPoints, Vec3f{7, 7, 7}); }
+    const internal::LabelMeshes meshes{std::vector<Mesh>(1), std::vector<Buffer<std::uint32_t>>(1)};
+    for (const Vec3f& p : internal::net_positions(meshes, kPoints)) EXPECT_EQ(p, Vec3f{});
 }
 
 TEST(Labels, AreCounted) {

@@ -114,10 +114,11 @@ std::vector<std::vector<SurfaceCounts>> counts_of(const SurfaceNet& net) {
 }
 
 Buffer<Vec3f> positions_before_relaxation(SurfaceNet& net, std::vector<std::vector<SurfaceCounts>> counts,
-                                          const IndexToPhysical& to_physical, LabelIndex background) {
+                                          const IndexToPhysical& to_physical, LabelIndex background,
+                                          const Progress& progress) {
     net.points = {};
     for (std::size_t s = 0; s < counts.size(); ++s) net.slabs[s].counts = std::move(counts[s]);
-    return net_positions(make_label_meshes(net, to_physical, background, {}), net.point_count());
+    return net_positions(make_label_meshes(net, to_physical, background, progress), net.point_count());
 }
 
 LabelMeshes make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physical, LabelIndex background,
@@ -127,7 +128,9 @@ LabelMeshes make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physi
     if (net.points.empty()) return relaxed;
     hold_back_labels(
         relaxed, net.point_count(),
-        [&] { return positions_before_relaxation(net, std::move(counts), to_physical, background); },
+        [&](const Progress& part) {
+            return positions_before_relaxation(net, std::move(counts), to_physical, background, part);
+        },
         sub_progress(progress, 0.5, 1));
     return relaxed;
 }

@@ -24,7 +24,8 @@ std::vector<std::vector<SurfaceCounts>> counts_of(const SurfaceNet& net);
 
 /// Where the points of a net would be without relax(). `counts` are those of counts_of(). Drops net.points.
 Buffer<Vec3f> positions_before_relaxation(SurfaceNet& net, std::vector<std::vector<SurfaceCounts>> counts,
-                                          const IndexToPhysical& to_physical, LabelIndex background);
+                                          const IndexToPhysical& to_physical, LabelIndex background,
+                                          const Progress& progress);
 
 /// The meshes of make_label_meshes() for a net after relax(), held back by hold_back_labels().
 LabelMeshes make_relaxed_meshes(SurfaceNet& net, const IndexToPhysical& to_physical, LabelIndex background,

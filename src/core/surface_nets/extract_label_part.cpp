@@ -190,8 +190,8 @@ LabelPart extract_label_part(const VolumeView& part, const std::array<std::int64
             if (used.uses(p)) result.net_keys.push_back(keys.net_point(origins[p].cell, origins[p].number));
         result.positions = selected(net_positions(labels, origins.size()));
         if (relaxed)
-            result.positions_before_relaxation =
-                selected(positions_before_relaxation(net, std::move(counts), to_physical, background));
+            result.positions_before_relaxation = selected(positions_before_relaxation(
+                net, std::move(counts), to_physical, background, sub_progress(options.progress, 0.9, 1)));
     });
     report_progress(options.progress, 1);
     return result;

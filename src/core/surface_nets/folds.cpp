@@ -9,7 +9,8 @@
 
 #include <marrow/vector.h>
 
-#include "base/parallel.h"
+#include "base/for_each_range.h"
+#include "label_meshes.h"
 #include "mesh/geometry/triangle_intersection.h"
 
 namespace marrow::internal {
@@ -17,29 +18,31 @@ namespace {
 
 // Calls f(lower end, higher end, opposite corner) for each edge of each triangle.
 template <class F>
-void for_each_side(const Mesh& mesh, const F& f) {
-    for (const Triangle& t : mesh.triangles) {
+void for_each_side(const Mesh& mesh, Stage& stage, const F& f) {
+    for_each_triangle(mesh, stage, [&](const Triangle& t) {
         for (std::size_t c = 0; c < 3; ++c) {
             const auto [low, high] = std::minmax(t[c], t[(c + 1) % 3]);
             f(low, high, t[(c + 2) % 3]);
         }
-    }
+    });
 }
 
 }  // namespace
 
-Folds::Folds(Mesh& net) : net_(net), first_(net.points.size() + 1), sides_(3 * net.triangles.size()) {
+Folds::Folds(Mesh& net, const Progress& progress)
+    : net_(net), first_(net.points.size() + 1), sides_(3 * net.triangles.size()) {
+    Stage stage(progress, 0, 1, 2 * net.triangles.size());
     std::fill(first_.begin(), first_.end(), std::size_t{0});
-    for_each_side(net,
+    for_each_side(net, stage,
                   [&](std::uint32_t low, std::uint32_t, std::uint32_t) { ++first_[low + std::size_t{1}]; });
     for (std::size_t p = 1; p < first_.size(); ++p) first_[p] += first_[p - 1];
     std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
-    for_each_side(net, [&](std::uint32_t low, std::uint32_t high, std::uint32_t opposite) {
+    for_each_side(net, stage, [&](std::uint32_t low, std::uint32_t high, std::uint32_t opposite) {
         sides_[next[low]++] = {high, opposite};
     });
 }
 
-bool Folds::open(const std::function<std::span<const Vec3f>()>& start) {
+bool Folds::open(const std::function<std::span<const Vec3f>()>& start, const Progress& progress) {
     struct Path {
         Vec3f end;
         int steps = 0;
@@ -47,7 +50,7 @@ bool Folds::open(const std::function<std::span<const Vec3f>()>& start) {
     constexpr int kAtStart = 5;  // steps
     std::map<std::uint32_t, Path> paths;
     for (;;) {
-        std::vector<Hinge> folded = find();
+        std::vector<Hinge> folded = find(progress);
         if (folded.empty()) return !paths.empty();
         const std::span<const Vec3f> from = start();
         std::erase_if(folded, [&](const Hinge& hinge) { return is_folded(from, hinge); });
@@ -91,12 +94,12 @@ bool Folds::is_folded(std::span<const Vec3f> points, const Hinge& hinge) {
 }
 
 // Returns them sorted.
-std::vector<Folds::Hinge> Folds::find() const {
+std::vector<Folds::Hinge> Folds::find(const Progress& progress) const {
     std::mutex mutex;
     std::vector<Hinge> all;
-    parallel_for_ranges(std::size_t{0}, net_.points.size(), 4096, [&](const auto& range) {
+    for_each_range(net_.points.size(), 4096, progress, 0, 1, [&](std::size_t begin, std::size_t end) {
         std::vector<Hinge> found;
-        for (std::size_t p = range.begin(); p < range.end(); ++p) {
+        for (std::size_t p = begin; p < end; ++p) {
             for (std::size_t i = first_[p]; i < first_[p + 1]; ++i) {
                 for (std::size_t k = i + 1; k < first_[p + 1]; ++k) {
                     if (sides_[i].end != sides_[k].end) continue;

@@ -10,6 +10,7 @@
 
 #include <marrow/buffer.h>
 #include <marrow/mesh.h>
+#include <marrow/progress.h>
 
 namespace marrow::internal {
 
@@ -17,14 +18,15 @@ namespace marrow::internal {
 /// another label that begins at the edge is then on the wrong side of one of the two triangles.
 class Folds {
   public:
-    /// Lists the edges of a net. Only its points may change later.
-    explicit Folds(Mesh& net);
+    /// Lists the edges of a net. Only its points may change later. \throw Cancelled
+    Folds(Mesh& net, const Progress& progress);
 
     /// Moves the corners of both triangles back along straight paths, towards the positions that they came
     /// from, until there are no folds except those that there were at the start. Returns whether it moved
     /// any. `start` returns the positions at the start, which it keeps; it is called only if they are
-    /// needed. The result does not depend on the number of threads.
-    bool open(const std::function<std::span<const Vec3f>()>& start);
+    /// needed. The result does not depend on the number of threads. How often it has to look is not known
+    /// before, so it calls `progress` only to be cancelled. \throw Cancelled
+    bool open(const std::function<std::span<const Vec3f>()>& start, const Progress& progress);
 
   private:
     // Two triangles at an edge: both ends of the edge, and the corners opposite to it.
@@ -35,7 +37,7 @@ class Folds {
     };
 
     static bool is_folded(std::span<const Vec3f> points, const Hinge& hinge);
-    std::vector<Hinge> find() const;
+    std::vector<Hinge> find(const Progress& progress) const;
 
     Mesh& net_;
     Buffer<std::size_t> first_;  // the first side of each point

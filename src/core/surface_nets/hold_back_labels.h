@@ -14,8 +14,10 @@ namespace marrow::internal {
 
 /// Where the net would pass through itself or be folded, points go back towards where they were before
 /// relaxation, in the meshes of all labels that share them, and are counted. The net has `points` points.
-/// `before_relaxation` returns their positions then; it is called at most once.
+/// `before_relaxation` returns their positions then; it is called at most once, with the progress that it
+/// reports to. \throw Cancelled
 void hold_back_labels(LabelMeshes& labels, std::size_t points,
-                      const std::function<Buffer<Vec3f>()>& before_relaxation, const Progress& progress);
+                      const std::function<Buffer<Vec3f>(const Progress&)>& before_relaxation,
+                      const Progress& progress);
 
 }  // namespace marrow::internal

@@ -1,7 +1,9 @@
 // Finds which label values a map has, from the few samples that can be the first of their label.
 #include "label_index.h"
 
+#include <algorithm>
 #include <bit>
+#include <unordered_set>
 #include <utility>
 
 #include <marrow/error.h>
@@ -11,7 +13,7 @@
 namespace marrow::internal {
 namespace {
 
-// A set of labels, in ascending order.
+// A set of labels. \throw InputError too many, as soon as there are: each sample of a noisy scan is another
 template <class T>
 class LabelSet {
   public:
@@ -19,20 +21,16 @@ class LabelSet {
 
     void insert(T value) {
         if (std::exchange(recent_.entry(value), value) == value) return;
-        const auto it = std::lower_bound(values_.begin(), values_.end(), value);
-        if (it == values_.end() || *it != value) values_.insert(it, value);
-    }
-    const std::vector<T>& values() const { return values_; }
-
-    void check_size() const {
-        if (values_.size() > 65535)
+        values_.insert(value);
+        if (values_.size() > kMostLabelValues)
             throw InputError(
-                "the volume has more than 65535 different values, so it is not a label map; give a volume "
-                "in which each structure has one value");
+                "the volume has more than 65535 different values besides the background, so it is not a "
+                "label map; give a volume in which each structure has one value");
     }
+    const std::unordered_set<T>& values() const { return values_; }
 
   private:
-    std::vector<T> values_;
+    std::unordered_set<T> values_;
     RecentLabels<T, T> recent_;
 };
 
@@ -55,7 +53,9 @@ class EdgesBefore {
 };
 
 template <class T>
-std::vector<std::int64_t> find_values_of_type(const LabelReader<T>& labels, const BorderBits& bits) {
+std::vector<std::int64_t> find_values_of_type(const LabelReader<T>& labels, const BorderBits& bits,
+                                              const Progress& progress) {
+    Stage stage(progress, 0, 1, static_cast<std::size_t>(bits.dims[2]));
     PerThread<LabelSet<T>> set_of_thread(labels.background);
     parallel_for(std::int64_t{1}, bits.dims[2] + 1, [&](std::int64_t k) {
         LabelSet<T>& set = set_of_thread.local();
@@ -71,23 +71,25 @@ std::vector<std::int64_t> find_values_of_type(const LabelReader<T>& labels, cons
                         labels.label(row, static_cast<std::int64_t>(64 * w) + std::countr_zero(left) + 1));
             }
         }
-        set.check_size();
+        stage.step();
     });
     LabelSet<T> all(labels.background);
     for (const LabelSet<T>& set : set_of_thread) {
         for (const T value : set.values()) all.insert(value);
     }
-    all.check_size();
     std::vector<std::int64_t> result;
     for (const T value : all.values()) result.push_back(static_cast<std::int64_t>(value));
+    std::sort(result.begin(), result.end());
     return result;
 }
 
 }  // namespace
 
-std::vector<std::int64_t> find_label_values(const LabelMap& map, const BorderBits& bits) {
-    return visit_sample_type(
-        map.type, [&](auto sample) { return find_values_of_type(LabelReader<decltype(sample)>(map), bits); });
+std::vector<std::int64_t> find_label_values(const LabelMap& map, const BorderBits& bits,
+                                            const Progress& progress) {
+    return visit_sample_type(map.type, [&](auto sample) {
+        return find_values_of_type(LabelReader<decltype(sample)>(map), bits, progress);
+    });
 }
 
 }  // namespace marrow::internal

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace marrow::internal {
 
 /// The index of a label among the values of its map, which are in ascending order.
 using LabelIndex = std::uint16_t;
+constexpr std::size_t kMostLabelValues = 65536;  ///< including the background
 
 /// Remembers something about recent labels: one entry for each lowest byte, since most maps have few and
 /// small labels.
@@ -51,7 +53,9 @@ class LabelIndexFinder {
     RecentLabels<T, Found> recent_;
 };
 
-/// The labels of a map and its background, in ascending order. \throw InputError more than 65535 of them
-std::vector<std::int64_t> find_label_values(const LabelMap& map, const BorderBits& bits);
+/// The labels of a map and its background, in ascending order.
+/// \throw InputError more than kMostLabelValues of them; Cancelled
+std::vector<std::int64_t> find_label_values(const LabelMap& map, const BorderBits& bits,
+                                            const Progress& progress);
 
 }  // namespace marrow::internal

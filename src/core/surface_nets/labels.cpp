@@ -68,12 +68,12 @@ std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, const L
     check_volume(map);
     check_not_rescaled(map);
     const std::int64_t rows = map.geometry.dims[1], slices = map.geometry.dims[2];
-    Stage stage(options.progress, 0, 1, static_cast<std::size_t>(slices));
+    Stage stage(options.progress, 0.3, 0.8, static_cast<std::size_t>(slices));
     PerThread<LabelCounts> counts_of_thread;
     with_threads(options.threads, [&] {
         visit_sample_type(map.type, [&](auto sample) {
             using T = decltype(sample);
-            check_label_samples<T>(map);
+            check_label_samples<T>(map, sub_progress(options.progress, 0, 0.3));
             parallel_for(std::int64_t{0}, slices, [&](std::int64_t k) {
                 for (std::int64_t y = 0; y < rows; ++y) {
                     const T* const row = row_of<T>(map, y, k);
@@ -83,9 +83,17 @@ std::map<std::int64_t, std::int64_t> count_labels(const VolumeView& map, const L
             });
         });
     });
+    // A map grows faster in the order of its keys.
+    std::vector<std::pair<std::int64_t, std::int64_t>> entries;
+    for (const LabelCounts& counts : counts_of_thread)
+        entries.insert(entries.end(), counts.begin(), counts.end());
+    std::sort(entries.begin(), entries.end());
     std::map<std::int64_t, std::int64_t> all;
-    for (const LabelCounts& counts : counts_of_thread) {
-        for (const auto& [label, samples] : counts) all[label] += samples;
+    constexpr std::size_t kTogether = 65536;
+    Stage adding(options.progress, 0.8, 1, (entries.size() + kTogether - 1) / kTogether);
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        if (i % kTogether == 0) adding.step();
+        all.emplace_hint(all.end(), entries[i].first, 0)->second += entries[i].second;
     }
     return all;
 }

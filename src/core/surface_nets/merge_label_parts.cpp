@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "base/parallel.h"
@@ -24,11 +25,16 @@ void check(std::span<const LabelPart> parts) {
     const std::array<std::int64_t, 3>& whole = parts.front().whole;
     std::vector<char> covered(static_cast<std::size_t>(whole[1] * whole[2]));
     std::size_t rows = 0;
+    std::optional<bool> are_relaxed;  // of the parts that have points
     for (const LabelPart& part : parts) {
         if (part.whole != whole) throw InputError("the parts are of different label maps");
-        if (part.positions_before_relaxation.empty() != parts.front().positions_before_relaxation.empty() &&
-            !part.positions.empty() && !parts.front().positions.empty())
-            throw InputError("only some of the parts are relaxed; extract all parts with the same options");
+        if (!part.positions.empty()) {
+            const bool relaxed = !part.positions_before_relaxation.empty();
+            if (are_relaxed.value_or(relaxed) != relaxed)
+                throw InputError(
+                    "only some of the parts are relaxed; extract all parts with the same options");
+            are_relaxed = relaxed;
+        }
         for (std::int64_t z = part.first[2]; z < part.first[2] + part.dims[2]; ++z) {
             for (std::int64_t y = part.first[1]; y < part.first[1] + part.dims[1]; ++y, ++rows) {
                 if (std::exchange(covered.at(static_cast<std::size_t>(z * whole[1] + y)), 1) != 0)
@@ -67,18 +73,22 @@ struct Net {
     std::vector<Buffer<std::uint32_t>> index_of;  // for each part's points
     Buffer<Vec3f> positions, before_relaxation;
 
-    explicit Net(std::span<const LabelPart> parts) {
+    Net(std::span<const LabelPart> parts, const Progress& progress) {
+        Stage stage(progress, 0, 1, parts.size() + 1);
         std::vector<const Buffer<std::uint64_t>*> sequences;
         for (const LabelPart& part : parts) sequences.push_back(&part.net_keys);
         const Buffer<std::uint64_t> keys = merged_keys(sequences);
+        stage.step();
         positions.resize(keys.size());
         for (const LabelPart& part : parts) {
             const Buffer<std::uint32_t>& index = index_of.emplace_back(indices_of(part.net_keys, keys));
             for (std::size_t p = 0; p < index.size(); ++p) positions[index[p]] = part.positions[p];
-            if (part.positions_before_relaxation.empty()) continue;
-            before_relaxation.resize(keys.size());
-            for (std::size_t p = 0; p < index.size(); ++p)
-                before_relaxation[index[p]] = part.positions_before_relaxation[p];
+            if (!part.positions_before_relaxation.empty()) {
+                before_relaxation.resize(keys.size());
+                for (std::size_t p = 0; p < index.size(); ++p)
+                    before_relaxation[index[p]] = part.positions_before_relaxation[p];
+            }
+            stage.step();
         }
     }
 };
@@ -142,7 +152,7 @@ void merge_label(const LabelPartKeys& keys, const std::vector<Piece>& pieces, co
 
 std::vector<LabelSurface> merge(std::span<const LabelPart> parts, const LabelOptions& options) {
     const LabelPartKeys keys(parts.front().whole);
-    const Net net(parts);
+    const Net net(parts, sub_progress(options.progress, 0, 0.15));
     std::map<std::int64_t, std::vector<Piece>> pieces;
     for (std::size_t p = 0; p < parts.size(); ++p) {
         for (const LabelPart::Surface& surface : parts[p].surfaces)
@@ -151,14 +161,14 @@ std::vector<LabelSurface> merge(std::span<const LabelPart> parts, const LabelOpt
     std::vector<std::int64_t> labels;
     for (const auto& [label, unused] : pieces) labels.push_back(label);
     LabelMeshes meshes{std::vector<Mesh>(labels.size()), std::vector<Buffer<std::uint32_t>>(labels.size())};
-    Stage stage(options.progress, 0, 0.3, labels.size());
+    Stage stage(options.progress, 0.15, 0.3, labels.size());
     parallel_for(std::size_t{0}, labels.size(), [&](std::size_t l) {
         merge_label(keys, pieces.at(labels[l]), net, meshes.meshes[l], meshes.net_points[l]);
         stage.step();
     });
     if (!net.before_relaxation.empty())
         hold_back_labels(
-            meshes, net.positions.size(), [&] { return net.before_relaxation; },
+            meshes, net.positions.size(), [&](const Progress&) { return net.before_relaxation; },
             sub_progress(options.progress, 0.3, 0.9));
     std::vector<LabelSurface> surfaces;
     for (std::size_t l = 0; l < labels.size(); ++l)

@@ -81,7 +81,8 @@ PassTable make_pass_table(float step) {
 // with the point at 0 for missing neighbours.
 using PointBuffers = std::array<Buffer<NetPoint>, 2>;
 
-PointBuffers make_point_buffers(const SurfaceNet& net) {
+PointBuffers make_point_buffers(const SurfaceNet& net, const Progress& progress) {
+    Stage stage(progress, 0, 1, net.slabs.size());
     const std::size_t count = net.point_count();
     PointBuffers buffers{Buffer<NetPoint>(count + 1), Buffer<NetPoint>(count + 1)};
     const auto set = [&](std::size_t p, const NetPoint& position) {
@@ -101,6 +102,7 @@ PointBuffers make_point_buffers(const SurfaceNet& net) {
             for (std::size_t n = 1; n < positions.size(); ++n)
                 set(net.extra_point(slab, cell, n), positions[n]);
         }
+        stage.step();
     });
     return buffers;
 }
@@ -167,20 +169,20 @@ void relax(SurfaceNet& net, int passes, const Progress& progress) {
     // Every other pass moves points away from the mean, by a little more, so that surfaces do not shrink
     // (Taubin 1995, with a pass band of 10 %).
     const PassTable tables[] = {make_pass_table(0.6307f), make_pass_table(-0.6732f)};
-    PointBuffers points = make_point_buffers(net);
-    const std::vector<SliceStencils> stencils = make_stencils(net);
+    PointBuffers points = make_point_buffers(net, sub_progress(progress, 0, 0.1));
+    const std::vector<SliceStencils> stencils = make_stencils(net, sub_progress(progress, 0.1, 0.3));
 
     constexpr std::int64_t kTogether = PassScheduler::kPassesTogether;
     const PassScheduler scheduler(net.bits.cell_slices());
-    Stage stage(progress, 0, 1, static_cast<std::size_t>((passes + kTogether - 1) / kTogether));
+    Stage stage(progress, 0.3, 1, static_cast<std::size_t>(passes) * stencils.size());
     for (std::int64_t first = 0; first < passes; first += kTogether) {
         scheduler.run(static_cast<int>(std::min(kTogether, passes - first)), [&](std::int64_t k, int pass) {
             const auto parity = static_cast<std::size_t>((first + pass) % 2);
             HWY_DYNAMIC_DISPATCH(relax_slice)
             (stencils[static_cast<std::size_t>(k)], tables[parity], points[parity].data(),
              points[1 - parity].data());
+            stage.step();
         });
-        stage.step();
     }
     net.points = std::move(points[static_cast<std::size_t>(passes % 2)]);
 }

@@ -2,6 +2,7 @@
 #include "relaxed_net.h"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 #include <marrow/error.h>
@@ -16,8 +17,12 @@ namespace {
 
 template <class T>
 void check_background(std::int64_t background) {
-    if (static_cast<std::int64_t>(static_cast<T>(background)) != background)
-        throw InputError("the background label does not fit the sample type of the label map");
+    bool fits = false;
+    if constexpr (std::is_floating_point_v<T>)
+        fits = background >= -kLargestLabel<T> && background <= kLargestLabel<T>;
+    else
+        fits = static_cast<std::int64_t>(static_cast<T>(background)) == background;
+    if (!fits) throw InputError("the background label does not fit the sample type of the label map");
 }
 
 }  // namespace
@@ -41,10 +46,10 @@ RelaxedNet make_relaxed_net(const VolumeView& view, const LabelOptions& options,
 
     visit_sample_type(map.type, [&](auto sample) {
         check_background<decltype(sample)>(options.background);
-        check_label_samples<decltype(sample)>(map);
+        check_label_samples<decltype(sample)>(map, sub_progress(progress, 0, 0.1));
     });
     const LabelMap label_map{map.type, map.data, map.geometry.dims, options.background};
-    SurfaceNet net = make_surface_net(label_map, find_borders(label_map, sub_progress(progress, 0, 0.25)),
+    SurfaceNet net = make_surface_net(label_map, find_borders(label_map, sub_progress(progress, 0.1, 0.25)),
                                       sub_progress(progress, 0.25, 0.5));
     relax(net, options.relax, sub_progress(progress, 0.5, 1));
 

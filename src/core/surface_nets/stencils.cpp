@@ -119,13 +119,15 @@ namespace marrow::internal {
 
 HWY_EXPORT(list_stencils);
 
-std::vector<SliceStencils> make_stencils(const SurfaceNet& net) {
+std::vector<SliceStencils> make_stencils(const SurfaceNet& net, const Progress& progress) {
     const BorderBits& bits = net.bits;
     std::vector<SliceStencils> stencils(static_cast<std::size_t>(bits.cell_slices()));
+    Stage stage(progress, 0, 1, stencils.size());
     parallel_for(std::int64_t{0}, bits.cell_slices(), [&](std::int64_t k) {
         SliceStencils& slice = stencils[static_cast<std::size_t>(k)];
         slice.up_to_four.resize(bits.first_cell[bits.row(0, k + 1)] - bits.first_cell[bits.row(0, k)]);
         HWY_DYNAMIC_DISPATCH(list_stencils)(net, k, slice);
+        stage.step();
     });
     return stencils;
 }

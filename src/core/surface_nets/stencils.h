@@ -36,7 +36,7 @@ struct PassTable {
     std::array<NetPoint, 64> by_faces;  ///< by Stencil::faces, the step; its fourth number is the factor
 };
 
-/// Lists the stencils of each slice of cells.
-std::vector<SliceStencils> make_stencils(const SurfaceNet& net);
+/// Lists the stencils of each slice of cells. \throw Cancelled
+std::vector<SliceStencils> make_stencils(const SurfaceNet& net, const Progress& progress);
 
 }  // namespace marrow::internal

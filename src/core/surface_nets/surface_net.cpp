@@ -40,9 +40,9 @@ struct TwoLabelCorners {
         const auto cell = hn::Set(d, bit);
         unsigned corners = 0;
         for (std::size_t v = 0; v < 8; v += hn::MaxLanes(d)) {
-            std::uint8_t lanes = 0;
-            hn::StoreMaskBits(d, hn::TestBit(hn::Load(d, differs + v), cell), &lanes);
-            corners |= static_cast<unsigned>(lanes) << v;
+            std::uint8_t lanes[8] = {};  // as many bytes as StoreMaskBits may write
+            hn::StoreMaskBits(d, hn::TestBit(hn::Load(d, differs + v), cell), lanes);
+            corners |= static_cast<unsigned>(lanes[0]) << v;
         }
         return corners;
     }
@@ -206,12 +206,12 @@ void join_slabs(SurfaceNet& net) {
 
 SurfaceNet make_surface_net(const LabelMap& map, BorderBits bits, const Progress& progress) {
     SurfaceNet net{std::move(bits)};
-    net.labels = find_label_values(map, net.bits);
+    net.labels = find_label_values(map, net.bits, sub_progress(progress, 0, 0.2));
     net.label_pairs.resize(net.bits.active_cells());
     net.cases.resize(net.bits.active_cells());
     const std::int64_t slices = net.bits.cell_slices();
     net.slabs.resize(static_cast<std::size_t>((slices + SlabOfCells::kSlices - 1) / SlabOfCells::kSlices));
-    Stage stage(progress, 0, 1, net.slabs.size());
+    Stage stage(progress, 0.2, 1, net.slabs.size());
     PerThread<CellPatternCache> patterns;
     parallel_for(std::size_t{0}, net.slabs.size(), [&](std::size_t slab) {
         HWY_DYNAMIC_DISPATCH(make_slab)(map, net, slab, patterns.local());

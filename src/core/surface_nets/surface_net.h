@@ -109,7 +109,7 @@ struct SurfaceNet {
     }
 };
 
-/// Finds labels and cells. \throw InputError more than 65535 labels; LimitError 2^32 - 1 points or more
+/// Finds labels and cells. \throw InputError too many labels; LimitError 2^32 - 1 points or more
 SurfaceNet make_surface_net(const LabelMap& map, BorderBits bits, const Progress& progress);
 
 }  // namespace marrow::internal

@@ -217,13 +217,20 @@ std::vector<TrianglePair> find_self_intersections(const MeshView& mesh, const On
         const TrianglePyramid pyramid(mesh, find_simple_fans(mesh, rings));
         return find_pairs(mesh, pyramid, &rings, all, progress, begin, end);
     }
+    // So that each of these steps can be cancelled.
+    const auto next_step = [&] { report_progress(progress, begin); };
+    next_step();
     const Buffer<std::uint8_t> wanted = blocks_outside_height_fields(*blocks);
+    next_step();
     const Buffer<std::uint32_t> numbers = triangles_in(*blocks, wanted);
     const Buffer<Triangle> triangles = triangles_of(mesh, numbers);
+    next_step();
     const MeshView rest(mesh.points, triangles);
     const Buffer<std::uint8_t> simple = find_simple_fans(rest, rings);
+    next_step();
     const Decider decider(rest, nullptr, &rings);
     const BlockPairs search(rest, *blocks, numbers, wanted, simple);
+    next_step();
     std::mutex mutex;
     Buffer<std::uint32_t> crowded;
     const auto find = [&](std::size_t part, std::vector<TrianglePair>& pairs) {
