@@ -78,8 +78,8 @@ def labels(
     Raises
     ------
     InputError
-        Samples are not integers, there are more than 65535 labels, their type does not have `background`, or
-        `relax` is negative.
+        Samples are not integers, there are more than 65535 labels besides the background, their type does not
+        have `background`, or `relax` is negative.
     Cancelled
         `progress` returned False.
     """
@@ -104,7 +104,7 @@ def named(surfaces: Mapping[int, Any], table: Union[Path, Mapping[int, LabelEntr
         entry = entries.get(label, LabelEntry(""))
         mesh = meshes[label] = Mesh._of(arrays)
         mesh.name = entry.name or f"label-{label}"
-        mesh.colour = entry.colour or _marrow.default_label_colour(label % 2**63)  # C++ takes an int64
+        mesh.colour = entry.colour or _marrow.default_label_colour((label + 2**63) % 2**64 - 2**63)  # an int64
     return meshes
 
 
@@ -138,11 +138,11 @@ def count_labels(volume: Any, *, threads: int = 0, progress: Optional[Progress] 
     return counts if values is None else {int(values[number]): count for number, count in counts.items()}
 
 
-def renumbered(array: Array, background: int = 0, most: int = 65535) -> tuple[Optional[Array], Array, int]:
+def renumbered(array: Array, background: int = 0, most: int = 65536) -> tuple[Optional[Array], Array, int]:
     """Return the labels of a map, ascending, and the map of their indices, of a type that the core takes.
 
     The background is one of these labels, and its index comes last. Maps of types that the core takes anyway are
-    returned as they are, with None and the background itself. Surfaces have at most 65535 labels.
+    returned as they are, with None and the background itself. At most `most` labels include the background.
     """
     kind, size = array.dtype.kind, array.dtype.itemsize
     if kind not in "ui" or size < 4 or (kind == "i" and size == 4):
@@ -155,7 +155,9 @@ def renumbered(array: Array, background: int = 0, most: int = 65535) -> tuple[Op
     outside = np.array([background], array.dtype)
     values = np.unique(np.concatenate([outside, *(np.unique(part) for part in array)]))
     if len(values) > most:
-        raise InputError(f"the map has {len(values)} labels, more than {most}; extract a part of it")
+        raise InputError(
+            f"the map has {len(values) - 1} labels besides the background, more than {most - 1}; extract a part of it"
+        )
     numbers = np.empty(array.shape, np.int32)
     for part, to in zip(array, numbers):
         to[...] = np.searchsorted(values, part)

@@ -330,7 +330,7 @@ def labels(
     Raises
     ------
     InputError
-        As `extract`; samples are not integers, or a block has more than 65535 labels.
+        As `extract`; samples are not integers, or a block has more than 65535 labels besides the background.
     LimitError
         As `extract`.
     """

@@ -4,6 +4,7 @@
 import marrow
 import numpy as np
 import pytest
+from marrow import _marrow
 
 
 def write_nrrd(path, array, spacing=(1, 1, 1), origin=(0, 0, 0)):
@@ -208,6 +209,21 @@ def test_any_number_of_labels_is_counted_but_not_extracted(dtype):
     assert list(counts) == list(range(3, 66000)) and counts.pop(7) == 4 and set(counts.values()) == {1}
     with pytest.raises(marrow.InputError, match="65535"):
         marrow.labels(labels)
+
+
+@pytest.mark.parametrize("dtype", ["int32", "int64", "uint64"])
+def test_65535_labels_besides_the_background_are_extracted(dtype):
+    labels = np.arange(65536).astype(dtype).reshape(1, 256, 256)
+    assert list(marrow.labels(labels, relax=0, normals=False)) == list(range(1, 65536))
+
+
+def test_colours_of_negative_and_large_labels_are_those_of_the_library():
+    labels = np.array([-3, -1, 5], np.int64).reshape(1, 1, 3)
+    for small, large in zip(marrow.labels(labels.astype(np.int8)).values(), marrow.labels(labels).values()):
+        assert small.colour == large.colour
+    assert marrow.labels(labels)[-3].colour == pytest.approx(_marrow.default_label_colour(-3))
+    ids = np.array([2**63 + 1, 2**63 + 2, 2**64 - 3], np.uint64).reshape(1, 1, 3)
+    assert len({mesh.colour for mesh in marrow.labels(ids).values()}) == 3
 
 
 def test_fractions_are_no_labels():
