@@ -14,9 +14,9 @@ namespace marrow::python {
 
 namespace {
 
-py::tuple filtered(const py::object& progress, int threads,
+py::tuple filtered(const ArrayVolume& volume, const py::object& progress, int threads,
                    const std::function<Volume(const FilterOptions&)>& filter) {
-    return to_python(compute(
+    return volume.to_python(compute(
         progress, [&](const Progress& report) { return filter({.threads = threads, .progress = report}); }));
 }
 
@@ -26,7 +26,7 @@ void add_filters(py::module_& module) {
     module.def(
         "crop",
         [](const ArrayVolume& volume, const Vec3d& lower, const Vec3d& upper) {
-            return filtered(py::none(), 0, [&](const FilterOptions&) {
+            return filtered(volume, py::none(), 0, [&](const FilterOptions&) {
                 return crop(volume.view(), Box{lower, upper});
             });
         },
@@ -34,7 +34,7 @@ void add_filters(py::module_& module) {
     module.def(
         "median_filter",
         [](const ArrayVolume& volume, int radius, int threads, const py::object& progress) {
-            return filtered(progress, threads, [&](const FilterOptions& options) {
+            return filtered(volume, progress, threads, [&](const FilterOptions& options) {
                 return median_filter(volume.view(), radius, options);
             });
         },
@@ -43,7 +43,7 @@ void add_filters(py::module_& module) {
     module.def(
         "gaussian_filter",
         [](const ArrayVolume& volume, double sigma, int threads, const py::object& progress) {
-            return filtered(progress, threads, [&](const FilterOptions& options) {
+            return filtered(volume, progress, threads, [&](const FilterOptions& options) {
                 return gaussian_filter(volume.view(), sigma, options);
             });
         },
@@ -52,7 +52,7 @@ void add_filters(py::module_& module) {
     module.def(
         "resample_isotropic",
         [](const ArrayVolume& volume, double spacing, int threads, const py::object& progress) {
-            return filtered(progress, threads, [&](const FilterOptions& options) {
+            return filtered(volume, progress, threads, [&](const FilterOptions& options) {
                 return resample_isotropic(volume.view(), spacing, options);
             });
         },

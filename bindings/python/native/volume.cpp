@@ -61,22 +61,38 @@ struct Layout {
     const char* first = nullptr;  // the sample at the lowest address
 };
 
-Geometry geometry_of(const Layout& layout, const Geometry& placement) {
+// The geometry of the same samples with other axes: axis m is axis `axes[m]` of before, perhaps backward.
+Geometry with_axes(const Geometry& before, const std::array<std::size_t, 3>& axes,
+                   const std::array<bool, 3>& backward) {
     Geometry geometry;
-    geometry.origin = placement.origin;
+    geometry.origin = before.origin;
     for (std::size_t m = 0; m < 3; ++m) {
-        const auto index_axis = static_cast<std::size_t>(2 - layout.axes[m]);
-        const double spacing = placement.spacing[index_axis];
-        geometry.dims[m] = layout.size[m];
-        geometry.spacing[m] = spacing;
+        const std::size_t axis = axes[m];
+        geometry.dims[m] = before.dims[axis];
+        geometry.spacing[m] = before.spacing[axis];
         for (std::size_t row = 0; row < 3; ++row) {
-            const double along = placement.direction[row][index_axis];
-            geometry.direction[row][m] = layout.backward[m] ? -along : along;
-            if (layout.backward[m])
-                geometry.origin[row] += along * spacing * static_cast<double>(layout.size[m] - 1);
+            const double along = before.direction[row][axis];
+            geometry.direction[row][m] = backward[m] ? -along : along;
+            if (backward[m])
+                geometry.origin[row] +=
+                    along * before.spacing[axis] * static_cast<double>(before.dims[axis] - 1);
         }
     }
     return geometry;
+}
+
+// An array, indexed [k, j, i], that takes the samples of a volume over.
+py::array array_of(Volume&& volume) {
+    const auto [nx, ny, nz] = volume.geometry().dims;
+    auto owner = std::make_unique<Volume>(std::move(volume));
+    const py::capsule capsule(owner.get(), [](void* p) { delete static_cast<Volume*>(p); });
+    Volume& samples = *owner.release();
+    return {dtype_of(samples.type()), std::vector<py::ssize_t>{nz, ny, nx}, samples.data(), capsule};
+}
+
+py::tuple as_tuple(py::array array, const Geometry& geometry, const Rescale& rescale) {
+    return py::make_tuple(std::move(array), geometry.spacing, geometry.origin, geometry.direction,
+                          py::make_tuple(rescale.slope, rescale.intercept));
 }
 
 }  // namespace
@@ -112,23 +128,41 @@ ArrayVolume::ArrayVolume(py::array array, const Geometry& placement, const Resca
         layout = Layout(array_);
         is_copy_ = true;
     }
-    view_.geometry = geometry_of(layout, placement);
+    Geometry geometry = placement;
+    for (std::size_t m = 0; m < 3; ++m) {
+        geometry.dims[m] = array_.shape(static_cast<py::ssize_t>(2 - m));
+        axes_[m] = static_cast<std::size_t>(2 - layout.axes[m]);
+    }
+    backward_ = layout.backward;
+    view_.geometry = with_axes(geometry, axes_, backward_);
     view_.data = layout.first;
     view_.pitch = layout.pitch(array_.itemsize());
     view_.rescale = rescale;
     check_geometry(view_.geometry);
 }
 
+py::tuple ArrayVolume::to_python(Volume&& volume) const {
+    std::array<std::size_t, 3> axes{};
+    std::array<bool, 3> backward{};
+    for (std::size_t m = 0; m < 3; ++m) {
+        axes[axes_[m]] = m;
+        backward[axes_[m]] = backward_[m];
+    }
+    const Geometry geometry = with_axes(volume.geometry(), axes, backward);
+    const Rescale rescale = volume.rescale();
+    py::array array = array_of(std::move(volume));
+    array = array.attr("transpose")(2 - axes[2], 2 - axes[1], 2 - axes[0]);
+    const auto direction = [&](std::size_t axis) {
+        return py::slice(py::none(), py::none(), py::int_(backward[axis] ? -1 : 1));
+    };
+    array = array[py::make_tuple(direction(2), direction(1), direction(0))];
+    return as_tuple(std::move(array), geometry, rescale);
+}
+
 py::tuple to_python(Volume&& volume) {
     const Geometry geometry = volume.geometry();
-    const auto [slope, intercept] = volume.rescale();
-    const auto [nx, ny, nz] = geometry.dims;
-    auto owner = std::make_unique<Volume>(std::move(volume));
-    const py::capsule capsule(owner.get(), [](void* p) { delete static_cast<Volume*>(p); });
-    Volume& samples = *owner.release();
-    py::array array(dtype_of(samples.type()), std::vector<py::ssize_t>{nz, ny, nx}, samples.data(), capsule);
-    return py::make_tuple(std::move(array), geometry.spacing, geometry.origin, geometry.direction,
-                          py::make_tuple(slope, intercept));
+    const Rescale rescale = volume.rescale();
+    return as_tuple(array_of(std::move(volume)), geometry, rescale);
 }
 
 void add_volume(py::module_& module) {

@@ -1,6 +1,9 @@
 /// Volumes between NumPy and Marrow, without copies.
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include <pybind11/numpy.h>
 
 #include <marrow/volume.h>
@@ -28,9 +31,14 @@ class ArrayVolume {
     /// Whether the view reads a copy of the array that it was made of.
     bool is_copy() const { return is_copy_; }
 
+    /// A volume with the axes of the view as the function to_python() returns it, but with the array's axes.
+    pybind11::tuple to_python(Volume&& volume) const;
+
   private:
     pybind11::array array_;
     VolumeView view_;
+    std::array<std::size_t, 3> axes_{0, 1, 2};  // those of (i, j, k) that the view's axes are
+    std::array<bool, 3> backward_{};            // which of these run the other way
     bool is_copy_ = false;
 };
 

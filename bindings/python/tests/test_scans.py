@@ -1,5 +1,7 @@
 """Scans, filters, histograms, sweeps, labels, and surfaces that are written slice by slice."""
 
+import os
+import pathlib
 
 import marrow
 import numpy as np
@@ -35,6 +37,13 @@ def test_a_scan_is_a_volume(ball, scan_file):
     assert scan.warnings == ()
     text = scan._repr_html_()
     assert "32 x 31 x 30" in text and "data:image/png" in text
+
+
+def test_a_scan_whose_name_is_not_utf_8_can_be_read(ball, tmp_path):
+    path = os.fsdecode(os.fsencode(tmp_path) + b"/\xe4.nrrd")
+    write_nrrd(pathlib.Path(path), ball)
+    assert np.array_equal(marrow.read(path).array, ball)
+    assert "\ufffd" in marrow.inspect(path).series[0].series.description
 
 
 def test_the_samples_of_a_scan_outlive_it(ball, scan_file):
@@ -103,7 +112,15 @@ def test_filters_of_any_memory_order_agree(ball, transpose):
     view = np.transpose(ball, transpose)[::-1]
     volume = marrow.Volume(view, spacing=(1, 2, 3), origin=(4, 5, 6))
     same = marrow.Volume(view.copy(), spacing=(1, 2, 3), origin=(4, 5, 6))
-    results = [marrow.resample_isotropic(marrow.median_filter(v, 1), 0.9) for v in (volume, same)]
+    medians = [marrow.median_filter(v, 1) for v in (volume, same)]
+    crops = [marrow.crop(v, (10, 20, 30), (25, 60, 90)) for v in (volume, same)]
+    for results in medians, crops:
+        assert np.array_equal(results[0].array, results[1].array)
+        assert np.allclose(results[0].affine, results[1].affine)
+    blurred = [marrow.gaussian_filter(v, 2).array for v in (volume, same)]
+    assert np.allclose(blurred[0], blurred[1], atol=0.01)
+    results = [marrow.resample_isotropic(median, 0.9) for median in medians]
+    assert results[0].array.shape == results[1].array.shape
     surfaces = [marrow.extract(result, 300.5).measure() for result in results]
     # Where the axes run backward, the new samples begin at the other end.
     assert surfaces[0].volume == pytest.approx(surfaces[1].volume, rel=0.01)
@@ -164,6 +181,13 @@ def test_a_sharp_edge_has_a_plateau():
     assert any(lower < 500 < upper for lower, upper in found)
 
 
+def test_the_arrays_of_a_sweep_have_one_length(ball):
+    none = np.zeros(0)
+    broken = marrow.Sweep(np.linspace(0, 1, 5), none, none, none.astype(int), none.astype(int))
+    with pytest.raises(marrow.InputError, match="same length"):
+        marrow.find_plateaus(broken, ball)
+
+
 @pytest.fixture
 def label_map():
     labels = np.zeros((12, 13, 14), np.uint8)
@@ -184,6 +208,12 @@ def test_labels_have_closed_surfaces_with_names_and_colours(label_map, tmp_path)
     marrow.write_meshes(list(meshes.values()), tmp_path / "labels.glb", verify=True)
     by_hand = marrow.labels(label_map, table={7: marrow.LabelEntry("spleen")})
     assert by_hand[7].name == "spleen"
+
+
+def test_names_of_labels_that_are_not_utf_8_can_be_read(tmp_path):
+    table = tmp_path / "labels.txt"
+    table.write_bytes(b'3 "n\xe9vrome"\n')
+    assert marrow.read_label_table(table)[3].name == "n\ufffdvrome"
 
 
 @pytest.mark.parametrize("dtype", ["uint32", "int64", "uint64", ">u8"])
