@@ -190,6 +190,16 @@ TEST_F(CommandLine, WritesSeveralSurfacesByName) {
     EXPECT_GT(read_file(folder / "0.stl").size(), read_file(folder / "5e2.stl").size());
 }
 
+TEST_F(CommandLine, HasFivePresets) {
+    const std::pair<const char*, double> presets[] = {
+        {"bone", 225.5}, {"muscle", 9.5}, {"soft", -100.5}, {"fat", -150.5}, {"skin", -300.5}};
+    for (const auto& [name, isovalue] : presets) {
+        SCOPED_TRACE(name);
+        const Json json = extract_json({"-o", folder / "a.stl", "--type", name});
+        EXPECT_EQ(json["isovalue"], isovalue);
+    }
+}
+
 TEST_F(CommandLine, WritesSeveralSurfacesToAFolder) {
     const Json json = extract_json({"-o", folder.path(), "--type", "bone", "--isovalue", "otsu"});
     EXPECT_EQ(folder.files(), (Names{"ball.nrrd", "bone.stl", "otsu.stl"}));

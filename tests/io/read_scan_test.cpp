@@ -259,6 +259,35 @@ TEST(ReadMetaImage, DataMayBeInOtherFiles) {
              "within the header");
 }
 
+TEST(ReadMetaImage, DistancesAreInTheUnitThatIsStated) {
+    TemporaryFolder folder;
+    const std::string data = bytes_of(samples());
+    for (const auto& [unit, mm] : {std::pair{"mm", 1.0}, {"cm", 10.0}, {"um", 0.001}}) {
+        SCOPED_TRACE(unit);
+        const std::string space = "DistanceUnits = "s + unit + "\nElementSpacing = 1 2 3\nOffset = 4 5 6\n";
+        const Geometry geometry = read_scan(write_file(folder / "m.mha", metaimage(space) + data)).geometry();
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto number = static_cast<double>(axis);
+            EXPECT_DOUBLE_EQ(geometry.spacing[axis], (1 + number) * mm);
+            EXPECT_DOUBLE_EQ(geometry.origin[axis], (4 + number) * mm);
+        }
+    }
+}
+
+TEST(ReadMetaImage, BothKeysStateTheByteOrder) {
+    TemporaryFolder folder;
+    std::string data = bytes_of(samples());
+    for (std::size_t i = 0; i < data.size(); i += 2) std::swap(data[i], data[i + 1]);
+    for (const char* key : {"BinaryDataByteOrderMSB", "ElementByteOrderMSB"}) {
+        SCOPED_TRACE(key);
+        std::string header = metaimage("ElementSpacing = 1 1 1\n");
+        const std::string stated = "BinaryDataByteOrderMSB = False";
+        header.replace(header.find(stated), stated.size(), key + " = True"s);
+        EXPECT_EQ(samples_of<std::int16_t>(read_scan(write_file(folder / "m.mha", header + data))),
+                  samples());
+    }
+}
+
 TEST(ReadVolume, DataOutsideTheHeadersFolderAreRefused) {
     TemporaryFolder folder;
     const fs::path outside = write_file(folder / "secret.raw", bytes_of(samples()));

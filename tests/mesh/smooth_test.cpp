@@ -142,6 +142,8 @@ TEST(Smooth, RejectsInvalidInputAndCanBeCancelled) {
     const Mesh mesh = stepped_ball(5);
     EXPECT_THROW(smooth(mesh, {.iterations = -1}), InputError);
     EXPECT_THROW(smooth(mesh, {.pass_band = 0}), InputError);
+    EXPECT_THROW(smooth(mesh, {.pass_band = 2}), InputError);
+    EXPECT_THROW(smooth(mesh, {.max_move = -1}), InputError);
     EXPECT_THROW(smooth(mesh, {.pass_band = std::nan("")}), InputError);
     for (const int iterations : {0, 20})
         EXPECT_THROW(smooth(mesh, {.iterations = iterations, .bound = Mat3d{}}), InputError);

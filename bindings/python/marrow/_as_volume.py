@@ -147,6 +147,8 @@ def _of_nibabel(image: Any) -> Volume:
         array = array[..., 0]
     if array.ndim != 3:
         raise InputError(f"the image has {array.ndim} axes: choose a volume, for instance image.slicer[..., 0]")
+    if image.affine is None:
+        raise InputError("the image states no affine: give Volume its samples and their spacing")
     affine = np.array(image.affine, float)
     if hasattr(image.header, "get_xyzt_units"):  # only NIfTI states a unit
         affine[:3] *= _NIFTI_UNITS.get(int(image.header["xyzt_units"]) & 7, 1)

@@ -116,6 +116,11 @@ def find_plateaus(sweep: Sweep, volume: Any) -> list[tuple[float, float]]:
     -------
     list of (float, float)
         The first and the last isovalue of each plateau.
+
+    Raises
+    ------
+    InputError
+        The arrays of `sweep` differ in length.
     """
     volume = as_volume(volume)
     return _marrow.find_plateaus(

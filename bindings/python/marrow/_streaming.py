@@ -135,6 +135,7 @@ def _slices_at_once(array: Any) -> int:
 def _bytes(size: Union[int, str]) -> int:
     units = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
     match = re.fullmatch(r"(\d+(?:\.\d+)?)([KMGT]?)", str(size).strip(), re.IGNORECASE)
-    if not match or float(match[1]) <= 0:
+    size_in_bytes = int(float(match[1]) * units[match[2].upper()]) if match else 0
+    if size_in_bytes == 0:
         raise InputError(f"max_memory is a number of bytes, or a size such as '800M' or '4G', not {size!r}")
-    return int(float(match[1]) * units[match[2].upper()])
+    return size_in_bytes

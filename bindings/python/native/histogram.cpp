@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include <marrow/error.h>
 #include <marrow/histogram.h>
 #include <marrow/isovalue_sweep.h>
 
@@ -46,6 +47,9 @@ std::vector<std::pair<double, double>> plateaus(const std::vector<double>& isova
                                                 const std::vector<double>& area,
                                                 const std::vector<std::int64_t>& triangles, double spacing,
                                                 double contrast) {
+    const std::size_t count = isovalue.size();
+    if (volume.size() != count || area.size() != count || triangles.size() != count)
+        throw InputError("the arrays of a sweep must have the same length");
     std::vector<SweepSample> samples;
     for (std::size_t i = 0; i < isovalue.size(); ++i)
         samples.push_back(

@@ -13,6 +13,7 @@
 #include "long_work.h"
 #include "mesh.h"
 #include "module.h"
+#include "text.h"
 #include "volume.h"
 
 namespace py = pybind11;
@@ -47,7 +48,7 @@ py::dict read_table(const std::filesystem::path& path) {
     for (const auto& [label, entry] : table) {
         py::object colour = py::none();
         if (entry.colour) colour = colour_tuple(*entry.colour);
-        entries[py::int_(label)] = py::make_tuple(entry.name, colour);
+        entries[py::int_(label)] = py::make_tuple(readable(entry.name), colour);
     }
     return entries;
 }

@@ -9,6 +9,7 @@
 
 #include "long_work.h"
 #include "module.h"
+#include "text.h"
 #include "vectors.h"
 #include "volume.h"
 
@@ -32,35 +33,37 @@ ScanOptions options_of(std::optional<std::string> series, std::optional<Vec3d> s
 
 py::dict dict_of(const SeriesInfo& info) {
     const auto [nx, ny, nz] = info.dims;
-    return py::dict("id"_a = info.id, "description"_a = info.description, "modality"_a = info.modality,
-                    "shape"_a = py::make_tuple(nz, ny, nx), "spacing"_a = info.spacing,
-                    "files"_a = info.files);
+    return py::dict("id"_a = readable(info.id), "description"_a = readable(info.description),
+                    "modality"_a = readable(info.modality), "shape"_a = py::make_tuple(nz, ny, nx),
+                    "spacing"_a = info.spacing, "files"_a = info.files);
 }
 
 py::dict dict_of(const ScanInfo& info) {
     return py::dict("format"_a = scan_format_name(info.format), "series"_a = dict_of(info.series),
-                    "warnings"_a = py::tuple(py::cast(info.warnings)), "padding"_a = info.padding);
+                    "warnings"_a = readable(info.warnings), "padding"_a = info.padding);
 }
 
 py::dict dict_of(const SeriesReport& report) {
     py::list levels;
     for (const auto& [nx, ny, nz] : report.levels) levels.append(py::make_tuple(nz, ny, nx));
-    return py::dict("series"_a = dict_of(report.series), "number"_a = report.number, "date"_a = report.date,
-                    "echo_time"_a = report.echo_time, "image_type"_a = report.image_type,
-                    "kernel"_a = report.kernel, "refusal"_a = report.refusal,
-                    "warnings"_a = py::tuple(py::cast(report.warnings)),
-                    "gaps"_a = py::tuple(py::cast(report.gaps)), "tilt"_a = report.tilt,
+    py::object refusal = py::none();
+    if (report.refusal) refusal = readable(*report.refusal);
+    return py::dict("series"_a = dict_of(report.series), "number"_a = report.number,
+                    "date"_a = readable(report.date), "echo_time"_a = report.echo_time,
+                    "image_type"_a = readable(report.image_type), "kernel"_a = readable(report.kernel),
+                    "refusal"_a = refusal, "warnings"_a = readable(report.warnings),
+                    "gaps"_a = readable(report.gaps), "tilt"_a = report.tilt,
                     "hounsfield"_a = report.hounsfield, "smallest_feature"_a = report.smallest_feature,
-                    "memory"_a = report.memory, "volumes"_a = py::tuple(py::cast(report.volumes)),
-                    "levels"_a = py::tuple(levels), "patient_name"_a = report.patient_name);
+                    "memory"_a = report.memory, "volumes"_a = readable(report.volumes),
+                    "levels"_a = py::tuple(levels), "patient_name"_a = readable(report.patient_name));
 }
 
 py::dict dict_of(const ScanReport& report) {
     py::list series;
     for (const SeriesReport& one : report.series) series.append(dict_of(one));
     return py::dict("format"_a = scan_format_name(report.format), "files"_a = report.files,
-                    "series"_a = py::tuple(series), "chosen"_a = report.chosen, "reason"_a = report.reason,
-                    "warnings"_a = py::tuple(py::cast(report.warnings)));
+                    "series"_a = py::tuple(series), "chosen"_a = report.chosen,
+                    "reason"_a = readable(report.reason), "warnings"_a = readable(report.warnings));
 }
 
 py::tuple read(const std::filesystem::path& path, std::optional<std::string> series,

@@ -307,6 +307,26 @@ def test_files_read_back(mesh, tmp_path, extension):
     assert found.measure().volume == pytest.approx(mesh.measure().volume, rel=1e-5)
 
 
+def test_verification_knows_that_3mf_leaves_out_triangles_with_equal_corners(mesh, tmp_path):
+    more = marrow.Mesh(mesh.points, np.concatenate([[[0, 0, 1]], mesh.triangles]))
+    more.write(tmp_path / "more.3mf", verify=True)
+    assert len(marrow.read_mesh(tmp_path / "more.3mf").triangles) == len(mesh.triangles)
+
+
+@pytest.mark.parametrize("shape", [(3,), (5, 5), (2, 3)])
+def test_the_bound_of_smoothing_is_a_matrix(mesh, shape):
+    with pytest.raises(marrow.InputError, match="bound has the shape"):
+        mesh.smooth(bound=np.ones(shape))
+
+
+def test_smoothing_keeps_to_its_limits(mesh):
+    def moved(**limits):
+        return np.linalg.norm(mesh.smooth(30, **limits).points - mesh.points, axis=1)
+
+    assert 0 < moved(max_move=0.01).max() < 0.0101
+    assert 0 < moved(pass_band=1.0).mean() < moved(pass_band=0.01).mean() / 2
+
+
 def test_ras_negates_x_and_y_in_the_file_only(mesh, tmp_path):
     mesh.write(tmp_path / "ball.ply", space="RAS", verify=True)
     data = (tmp_path / "ball.ply").read_bytes()

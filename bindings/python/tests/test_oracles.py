@@ -273,6 +273,42 @@ def test_dicom_as_pydicom_writes_and_reads_it(tmp_path, case, dtype):
     assert np.allclose(along_row, 0.5 * np.array([0.8, 0.6, 0])), "the second value of PixelSpacing"
 
 
+def test_a_series_is_chosen_and_resampled(tmp_path):
+    pydicom = pytest.importorskip("pydicom")
+    first, second = samples("int16"), samples("int16")[:, ::-1]
+    write_dicom(pydicom, tmp_path / "a", first)
+    write_dicom(pydicom, tmp_path / "b", second)
+    ids = [pydicom.dcmread(tmp_path / name / "0.dcm").SeriesInstanceUID for name in "ab"]
+    with pytest.raises(marrow.InputError, match="series"):
+        marrow.read(tmp_path)
+    for uid, values in zip(ids, (first, second)):
+        assert np.array_equal(marrow.read(tmp_path, series=uid).array, values)
+        report = marrow.inspect(tmp_path, series=uid)
+        assert report.series[report.chosen].series.id == uid
+    (tmp_path / "b" / "2.dcm").unlink()
+    with pytest.raises(marrow.GeometryError):
+        marrow.read(tmp_path / "b")
+    assert marrow.read(tmp_path / "b", resample=True).shape == second.shape
+    assert marrow.inspect(tmp_path / "b", resample=True).series[0].refusal is None
+
+
+def test_otsu_and_the_histogram_leave_padding_out(tmp_path):
+    pydicom = pytest.importorskip("pydicom")
+    values = np.where(np.arange(12) < 6, 100, 300) * np.ones((5, 11, 1), np.int16)
+    values[:, :4] = -2000
+    write_dicom(pydicom, tmp_path / "ct", values.astype(np.int16))
+    for file in (tmp_path / "ct").iterdir():
+        ds = pydicom.dcmread(file)
+        ds.add_new("PixelPaddingValue", "SS", -2000)
+        ds.save_as(file)
+    scan = marrow.read(tmp_path / "ct")
+    assert scan.info.padding == -2000
+    assert 100 < marrow.otsu(scan) <= 300
+    assert marrow.extract(scan, "otsu").measure().triangles > 0
+    counts = marrow.histogram(scan)
+    assert counts.edges[0] == 100 and counts.counts.sum() == np.count_nonzero(values > -2000)
+
+
 def test_real_dicom_as_pydicom_reads_it():
     pydicom = pytest.importorskip("pydicom")
     root = os.environ.get("MARROW_TEST_DATA")

@@ -119,6 +119,12 @@ def test_units_of_nibabel_become_millimetres(ball, tmp_path, unit):
     assert volume.spacing[0] == pytest.approx(2 * {"meter": 1e3, "micron": 1e-3}.get(unit, 1))
 
 
+def test_an_image_of_nibabel_without_an_affine_is_refused(ball):
+    nibabel = pytest.importorskip("nibabel")
+    with pytest.raises(marrow.InputError, match="affine"):
+        marrow.as_volume(nibabel.Nifti1Image(ball.T, None))
+
+
 def test_several_volumes_of_nibabel_are_refused(ball):
     nibabel = pytest.importorskip("nibabel")
     image = nibabel.Nifti1Image(np.stack([ball, ball], axis=-1), np.eye(4))
