@@ -92,18 +92,22 @@ float square_root(float a) {
     return uintBitsToFloat((uint((e >> 1) + 127) << 23) + (rounded - 0x800000u));
 }
 
-// The sum of the squares. It must be at least 2^-100: then squares below 2^-126 do not change it, and nothing else can
-// be denormal.
+// The sum of the squares. Squares below 2^-126, which are denormal, are dropped. The sum must then be at least 2^-76,
+// so that they do not change it: what decides how it is rounded is near half of its last place, and so large that
+// adding them to it has no effect. Without such squares, 2^-100 suffices.
 float sum_of_squares(vec3 v) {
     float squares[3];
+    bool dropped = false;
     [[unroll]] for (int r = 0; r < 3; ++r) {
         precise float square = v[r] * v[r];
         if (exponent(v[r]) > 61) unsafe = true;
-        squares[r] = exponent(v[r]) < -63 ? 0.0 : square;
+        const bool small = exponent(v[r]) < -63;
+        dropped = dropped || small && !is_zero(v[r]);
+        squares[r] = small ? 0.0 : square;
     }
     precise float two = squares[0] + squares[1];
     precise float three = two + squares[2];
-    if (exponent(three) < -100) unsafe = true;
+    if (exponent(three) < (dropped ? -76 : -100)) unsafe = true;
     return three;
 }
 

@@ -258,6 +258,19 @@ TEST(GpuExtractor, RefusesNumbersThatTheDeviceMayRoundInOtherWays) {
     EXPECT_THROW(gpu::Extractor(huge).extract(1.5e38), gpu::DeviceError);
 }
 
+// The square of the least part of this gradient is denormal, so that a device may take it for zero. It
+// decides how the sum is rounded all the same, because the sum is so small.
+TEST(GpuExtractor, RefusesGradientsWhoseLeastSquareADeviceMayDrop) {
+    const float x_step = std::ldexp(31.0f / 32, -63), y_step = std::ldexp(1.4375f, -65);
+    const float z_step = std::ldexp(1 + 57.0f / 16384, -51);
+    const Volume volume = sampled<float>(grid(8, 8, 8), [=](auto x, auto y, auto z) {
+        return z_step * static_cast<float>(z - 3) + x_step * static_cast<float>(x) +
+               y_step * static_cast<float>(y);
+    });
+    gpu::Extractor extractor(volume);
+    EXPECT_THROW(compare(extractor, volume, 0.5 * z_step, {}), gpu::DeviceError);
+}
+
 TEST(GpuExtractor, CanBeCancelledAndUsedAgain) {
     Random random(14);
     const Volume volume = scan<std::int16_t>(grid(35, 12, 9), random);
