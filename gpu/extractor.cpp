@@ -61,7 +61,7 @@ struct Extractor::Impl {
             const auto start = Clock::now();
             const Report report = extraction->extract(sample_isovalue, release);
             use(report);
-            measured.non_finite_samples = report.status.not_finite;
+            measured.non_finite_samples = static_cast<std::int64_t>(report.status.not_finite);
             measured.scratch_bytes = static_cast<std::int64_t>(extraction->scratch_bytes());
             measured.classify_seconds = extraction->classify_seconds();
             measured.count_seconds = extraction->count_seconds();

@@ -42,7 +42,8 @@ static_assert(sizeof(PyramidParameters) == 96 && offsetof(Parameters, dims) == 2
 
 /// The words of `status`.
 struct Status {
-    std::uint32_t not_finite = 0, unsafe = 0, listed = 0, mixed = 0;
+    std::uint64_t not_finite = 0;
+    std::uint32_t unsafe = 0, listed = 0, mixed = 0;
 };
 
 /// What is pushed for each dispatch.

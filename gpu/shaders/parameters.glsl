@@ -35,10 +35,10 @@ struct Pyramid {
 const uint kPoints = 0, kTriangles = 1;  // the two pyramids
 
 // Words of `status`.
-const uint kNotFinite = 0u;  // samples that are not finite
-const uint kUnsafe = 1u;     // whether a result may have other bits than the CPU's
-const uint kListed = 2u;     // blocks in the list
-const uint kMixed = 3u;      // blocks in it whose samples are read
+const uint kNotFinite = 0u;  // samples that are not finite: the lower word, and the upper one after it
+const uint kUnsafe = 2u;     // whether a result may have other bits than the CPU's
+const uint kListed = 3u;     // blocks in the list
+const uint kMixed = 4u;      // blocks in it whose samples are read
 
 layout(buffer_reference, std430, buffer_reference_align = 8) readonly buffer Parameters {
     Slabs slabs;       // the samples, whole slices in each; rows are padded to words of bits

@@ -30,7 +30,10 @@ void find_range(uint block) {
             }
         }
     }
-    if (not_finite != 0u) atomicAdd(parameters.status.at[kNotFinite], not_finite);
+    if (not_finite != 0u) {
+        const uint before = atomicAdd(parameters.status.at[kNotFinite], not_finite);
+        if (before + not_finite < before) atomicAdd(parameters.status.at[kNotFinite + 1u], 1u);
+    }
     parameters.ranges.at[2u * block] = uint(not_finite != 0u ? kLeast : least);
     parameters.ranges.at[2u * block + 1u] = uint(greatest);
 }

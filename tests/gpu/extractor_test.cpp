@@ -271,6 +271,25 @@ TEST(GpuExtractor, RefusesGradientsWhoseLeastSquareADeviceMayDrop) {
     EXPECT_THROW(compare(extractor, volume, 0.5 * z_step, {}), gpu::DeviceError);
 }
 
+TEST(GpuExtractor, CountsMoreSamplesThatAreNotFiniteThan32BitsCan) {
+    const Volume volume = sampled<float>(grid(33, 9, 8), [](auto x, auto, auto) {
+        return x % 2 == 0 ? std::numeric_limits<float>::infinity() : static_cast<float>(x);
+    });
+    gpu::internal::open_device(0);
+    static const auto original = vkCmdFillBuffer;
+    // As if 2^32 - 1 had been counted before.
+    vkCmdFillBuffer = [](VkCommandBuffer commands, VkBuffer buffer, VkDeviceSize begin, VkDeviceSize size,
+                         std::uint32_t data) {
+        if (begin == 0) original(commands, buffer, 0, 4, 0xffffffffu);
+        original(commands, buffer, begin == 0 ? 4 : begin, size, data);
+    };
+    gpu::Extractor extractor(volume);
+    vkCmdFillBuffer = original;
+    IsosurfaceStats stats;
+    extractor.extract(2, &stats);
+    EXPECT_EQ(stats.non_finite_samples, std::int64_t{0xffffffff} + 17 * 9 * 8);
+}
+
 TEST(GpuExtractor, CanBeCancelledAndUsedAgain) {
     Random random(14);
     const Volume volume = scan<std::int16_t>(grid(35, 12, 9), random);
