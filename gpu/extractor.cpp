@@ -9,6 +9,7 @@
 
 #include "base/progress.h"
 #include "base/resize_discarding.h"
+#include "core/volume/check_options.h"
 #include "core/volume/checks.h"
 #include "device_extraction.h"
 
@@ -20,9 +21,10 @@ using namespace marrow::internal;
 namespace {
 
 void check(const VolumeView& volume, const IsosurfaceOptions& options) {
+    check_options(options);
     check_volume(volume);
     if (options.snap != 0 || options.topology)
-        throw DeviceError("GPUs extract without options.snap and options.topology; use the CPU");
+        throw DeviceError("GPUs neither snap points nor give exact topology; use the CPU");
     if (volume.type == SampleType::int32 || volume.type == SampleType::float64)
         throw DeviceError(std::string("GPUs take no samples of type ") + sample_type_name(volume.type) +
                           "; use the CPU");

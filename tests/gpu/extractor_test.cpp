@@ -242,6 +242,9 @@ TEST(GpuExtractor, RefusesWhatTheDeviceCannotDo) {
     EXPECT_THROW(gpu::Extractor{doubles}, gpu::DeviceError);
     EXPECT_THROW(gpu::Extractor(bytes, {.snap = 0.2}), gpu::DeviceError);
     EXPECT_THROW(gpu::Extractor(bytes, {.topology = true}), gpu::DeviceError);
+    EXPECT_THROW(gpu::Extractor(bytes, {.snap = 0.7}), InputError);
+    EXPECT_THROW(gpu::Extractor(bytes, {.snap = std::numeric_limits<double>::quiet_NaN()}), InputError);
+    EXPECT_THROW(gpu::Extractor(bytes, {.snap = 0.2, .topology = true}), InputError);
     EXPECT_THROW(gpu::Extractor(bytes, {}, 99), gpu::DeviceError);
     EXPECT_THROW(gpu::Extractor(VolumeView(static_cast<const float*>(nullptr), grid(4, 4, 4))), InputError);
     EXPECT_THROW(gpu::Extractor(bytes).extract(std::numeric_limits<double>::quiet_NaN()), InputError);

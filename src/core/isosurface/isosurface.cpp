@@ -18,6 +18,7 @@
 #include "core/marching_cubes/count.h"
 #include "core/marching_cubes/emit.h"
 #include "core/snap/snap.h"
+#include "core/volume/check_options.h"
 #include "core/volume/checks.h"
 #include "core/volume/rows.h"
 
@@ -34,9 +35,7 @@ void check_level(int level) {
 }
 
 void check(const VolumeView& volume, const IsosurfaceOptions& options) {
-    if (!(options.snap >= 0 && options.snap < 0.5)) throw InputError("snap must be at least 0 and below 0.5");
-    if (options.topology && options.snap > 0)
-        throw InputError("options.topology and options.snap do not go together: leave one of them out");
+    check_options(options);
     check_volume(volume);
 }
 
