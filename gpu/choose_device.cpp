@@ -17,6 +17,10 @@ std::string lower_case(std::string_view text) {
     return result;
 }
 
+bool is_cpu(std::string_view choice) {
+    return lower_case(choice) == "cpu";
+}
+
 // "0 (NVIDIA A2), 1 (llvmpipe)".
 std::string list(const Choices& choices, const std::vector<std::size_t>& numbers) {
     std::string text;
@@ -55,18 +59,24 @@ std::size_t demanded_gpu(const Choices& choices) {
                       ") is emulated by the CPU, so it is used only if its number or name is given" + why);
 }
 
-// The number of a device, if `choice` is one; digits are never part of a name.
+// The devices that `choice` may mean: that of this number, or those that have this name, or else those that
+// have it in their names. Digits alone are a number, never part of a name.
 std::vector<std::size_t> find(const Choices& choices, std::string_view choice) {
-    std::vector<std::size_t> found;
+    if (choice.empty()) return {};
     std::size_t number = 0;
     const char* const end = choice.data() + choice.size();
     const auto [rest, error] = std::from_chars(choice.data(), end, number);
-    const bool is_number = !choice.empty() && rest == end;
-    for (std::size_t n = 0; n < choices.usable.size() && !choice.empty(); ++n) {
-        const bool in_name = lower_case(choices.usable[n].name).find(lower_case(choice)) != std::string::npos;
-        if (is_number ? error == std::errc() && number == n : in_name) found.push_back(n);
+    if (rest == end) {
+        if (error != std::errc() || number >= choices.usable.size()) return {};
+        return {number};
     }
-    return found;
+    std::vector<std::size_t> named, in_name;
+    for (std::size_t n = 0; n < choices.usable.size(); ++n) {
+        const std::string name = lower_case(choices.usable[n].name), wanted = lower_case(choice);
+        if (name == wanted) named.push_back(n);
+        if (name.find(wanted) != std::string::npos) in_name.push_back(n);
+    }
+    return named.empty() ? in_name : named;
 }
 
 std::size_t named_device(const Choices& choices, std::string_view choice) {
@@ -82,9 +92,9 @@ std::size_t named_device(const Choices& choices, std::string_view choice) {
 }  // namespace
 
 std::optional<std::size_t> choose_among(const Choices& choices, std::string_view choice) {
-    if (choice == "cpu") return {};
-    if (choice == "auto") return best_gpu(choices);
-    if (choice == "gpu") return demanded_gpu(choices);
+    if (is_cpu(choice)) return {};
+    if (lower_case(choice) == "auto") return best_gpu(choices);
+    if (lower_case(choice) == "gpu") return demanded_gpu(choices);
     return named_device(choices, choice);
 }
 
@@ -107,7 +117,7 @@ const char* device_kind_name(DeviceKind kind) {
 }
 
 std::optional<std::size_t> choose_device(std::string_view choice) {
-    if (choice == "cpu") return {};  // without loading Vulkan
+    if (internal::is_cpu(choice)) return {};  // without loading Vulkan
     internal::Choices choices{devices(), unusable_devices(), {}};
     if (choices.usable.empty() && choices.unusable.empty()) choices.why_none = why_no_devices();
     return internal::choose_among(choices, choice);

@@ -67,13 +67,14 @@ MARROW_EXPORT std::vector<UnusableDevice> unusable_devices();
 /// Why devices() and unusable_devices() are both empty, such as "no Vulkan driver is installed".
 MARROW_EXPORT std::string why_no_devices();
 
-/// The number in devices() of the device that a user wants, or none for the CPU. `choice` is
+/// The number in devices() of the device that a user wants, or none for the CPU. `choice` is, in any case,
 /// - "cpu";
 /// - "auto": the first GPU of the first DeviceKind that there is, or else the CPU, but never a software
 ///   device;
 /// - "gpu": the same GPU, which must be there;
-/// - the number of a device, or a part of its name in any case: also a software device.
-/// \throw DeviceError there is none, or several have this in their names
+/// - the number of a device, its name or a part of that: also a software device. Digits alone are a number,
+///   and a whole name goes before parts of names.
+/// \throw DeviceError there is none, or several have this name, or have it in their names
 MARROW_EXPORT std::optional<std::size_t> choose_device(std::string_view choice);
 
 /// An array that was left in the memory of a device. It begins where the memory begins.

@@ -64,6 +64,28 @@ TEST(ChooseDevice, APartOfTheNameSufficesInAnyCase) {
     EXPECT_EQ(choose_among(kLaptop, "rtx 3050"), 2u);
 }
 
+TEST(ChooseDevice, TheWholeNameNamesADeviceThoughItIsAPartOfAnother) {
+    const Choices cards =
+        choices({{"NVIDIA A2000", DeviceKind::discrete}, {"NVIDIA A2", DeviceKind::discrete}});
+    EXPECT_EQ(choose_among(cards, "NVIDIA A2"), 1u);
+    EXPECT_EQ(choose_among(cards, "nvidia a2"), 1u);
+    EXPECT_EQ(choose_among(cards, "a2000"), 0u);
+    EXPECT_TRUE(refusal(cards, "A2").starts_with("several devices have 'A2' in their names"));
+    EXPECT_TRUE(refusal(kTwins, "NVIDIA A2").starts_with("several devices have 'NVIDIA A2' in their names"));
+}
+
+TEST(ChooseDevice, TheWordsHaveAnyCase) {
+    EXPECT_EQ(choose_among(kLaptop, "CPU"), std::nullopt);
+    EXPECT_EQ(gpu::choose_device("Cpu"), std::nullopt);
+    EXPECT_EQ(choose_among(kLaptop, "Auto"), 2u);
+    EXPECT_EQ(choose_among(kLaptop, "GPU"), 2u);
+}
+
+TEST(ChooseDevice, DigitsAloneAreANumber) {
+    EXPECT_EQ(choose_among(kLaptop, "0"), 0u);
+    EXPECT_TRUE(refusal(kLaptop, "3050").starts_with("there is no device '3050'"));
+}
+
 TEST(ChooseDevice, SaysWhatThereIsInstead) {
     EXPECT_EQ(refusal(kTwins, "2"), "there is no device '2': there is 0 (NVIDIA A2), 1 (NVIDIA A2)");
     EXPECT_EQ(refusal(kServer, "256"),
