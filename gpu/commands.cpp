@@ -4,11 +4,14 @@
 #include <cstdint>
 #include <utility>
 
+#include "base/progress.h"
+
 namespace marrow::gpu::internal {
 
 namespace {
 
 constexpr std::uint64_t kForever = ~std::uint64_t{0};
+constexpr std::uint64_t kBetweenReports = 50'000'000;  // nanoseconds
 
 // `flags` if an access is one of a combination.
 VkFlags if_has(unsigned accesses, Access access, VkFlags flags) {
@@ -85,9 +88,14 @@ void Commands::start(const std::function<void(VkCommandBuffer)>& record) {
     running_ = true;
 }
 
-void Commands::wait() {
+void Commands::wait(const Progress& progress, double fraction) {
     if (!running_) return;
-    const VkResult result = vkWaitForFences(device_->handle(), 1, &fence_, VK_TRUE, kForever);
+    const auto wait_for = [&](std::uint64_t nanoseconds) {
+        return vkWaitForFences(device_->handle(), 1, &fence_, VK_TRUE, nanoseconds);
+    };
+    VkResult result = wait_for(kBetweenReports);
+    for (; result == VK_TIMEOUT; result = wait_for(kBetweenReports))
+        marrow::internal::report_progress(progress, fraction);
     // A device that is lost ends everything. After other errors the batch still runs.
     running_ = result != VK_SUCCESS && result != VK_ERROR_DEVICE_LOST;
     device_->check(result);
@@ -98,9 +106,10 @@ void Commands::wait_until_idle() noexcept {
     running_ = false;
 }
 
-void Commands::run(const std::function<void(VkCommandBuffer)>& record) {
+void Commands::run(const std::function<void(VkCommandBuffer)>& record, const Progress& progress,
+                   double fraction) {
     start(record);
-    wait();
+    wait(progress, fraction);
 }
 
 }  // namespace marrow::gpu::internal

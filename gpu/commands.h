@@ -6,6 +6,8 @@
 #include <functional>
 #include <memory>
 
+#include <marrow/progress.h>
+
 #include "vulkan_device.h"
 
 namespace marrow::gpu::internal {
@@ -27,12 +29,14 @@ class Commands {
 
     /// Records a batch and starts it, after the one before has ended. \throw DeviceError
     void start(const std::function<void(VkCommandBuffer)>& record);
-    /// Waits for the end of the batch, if one was started. \throw DeviceError
-    void wait();
-    /// The same where errors are of no interest any more.
+    /// Waits for the end of the batch, if one was started, and reports `fraction` from time to time.
+    /// \throw DeviceError; Cancelled: the batch still runs
+    void wait(const Progress& progress = {}, double fraction = 0);
+    /// The same where neither progress nor errors are of interest any more.
     void wait_until_idle() noexcept;
     /// start() and wait().
-    void run(const std::function<void(VkCommandBuffer)>& record);
+    void run(const std::function<void(VkCommandBuffer)>& record, const Progress& progress = {},
+             double fraction = 0);
 
   private:
     void create();

@@ -157,18 +157,21 @@ void DeviceExtraction::upload_row_bases(const VolumeView& volume) {
 
 // Finds what does not depend on the isovalue.
 void DeviceExtraction::find_ranges() {
-    commands_.run([&](VkCommandBuffer commands) {
-        vkCmdFillBuffer(commands, status_.handle(), 0, VK_WHOLE_SIZE, 0);
-        update_parameters(commands);
-        dispatch(commands, Kernel::ranges, samples_.blocks());
-        barrier(commands, kKernel, kKernel | kCopy);
-    });
+    commands_.run(
+        [&](VkCommandBuffer commands) {
+            vkCmdFillBuffer(commands, status_.handle(), 0, VK_WHOLE_SIZE, 0);
+            update_parameters(commands);
+            dispatch(commands, Kernel::ranges, samples_.blocks());
+            barrier(commands, kKernel, kKernel | kCopy);
+        },
+        options_.progress, 1);
 }
 
 // Everything is in one batch of commands. The output is written into the memory that is there. Only if it
 // does not suffice, which only the count says, a second batch follows.
 Report DeviceExtraction::extract(double isovalue, bool release) {
     report_progress(options_.progress, 0);
+    commands_.wait(options_.progress, 0);  // for a surface that was cancelled
     parameters_.half_isovalue = 0.5f * static_cast<float>(isovalue);
     parameters_.threshold = ordered_threshold(type_, isovalue);
     const bool has_output = bytes_of(positions_) != 0;
@@ -185,7 +188,7 @@ Report DeviceExtraction::extract(double isovalue, bool release) {
         copy_report(commands);
     });
     parameters_.has_previous = 0;  // the bits are being changed
-    commands_.wait();
+    commands_.wait(options_.progress, 0);
     parameters_.previous_threshold = parameters_.threshold;
     parameters_.has_previous = 1;
     Report report = read_report();
@@ -193,11 +196,13 @@ Report DeviceExtraction::extract(double isovalue, bool release) {
     report_progress(options_.progress, 0.5);
     if (!has_room(report)) {
         make_room(report);
-        commands_.run([&](VkCommandBuffer commands) {
-            update_parameters(commands);
-            emit(commands, release);
-            copy_report(commands);
-        });
+        commands_.run(
+            [&](VkCommandBuffer commands) {
+                update_parameters(commands);
+                emit(commands, release);
+                copy_report(commands);
+            },
+            options_.progress, 0.5);
         report = read_report();
     }
     if (report.status.unsafe != 0)

@@ -40,7 +40,8 @@ class FailingCall<Function> {
         if (left > 0 || left <= -times_) return original_(arguments...);
         if constexpr (std::is_same_v<decltype(original_), PFN_vkWaitForFences>) {
             // A lost device runs nothing any more.
-            if (error_ == VK_ERROR_DEVICE_LOST) original_(arguments...);
+            while (error_ == VK_ERROR_DEVICE_LOST && original_(arguments...) == VK_TIMEOUT) {
+            }
         }
         return error_;
     }
@@ -143,6 +144,30 @@ TEST(GpuFaults, OutputNeedsNoReserve) {
 TEST(GpuFaults, AfterTheDeviceIsLostANewExtractorWorks) {
     fail_every_call<&vkQueueSubmit>(VK_ERROR_DEVICE_LOST);
     fail_every_call<&vkWaitForFences>(VK_ERROR_DEVICE_LOST);
+}
+
+TEST(GpuFaults, WhileTheDeviceWorksProgressIsReportedAndCanCancel) {
+    int at_start = 0;
+    bool cancel = false;
+    const IsosurfaceOptions options{.normals = false, .progress = [&](double fraction) {
+                                        at_start += fraction == 0;
+                                        return !cancel || at_start < 3;
+                                    }};
+    gpu::Extractor extractor(small_scan(), options);
+    at_start = 0;
+    {
+        const FailingCall<&vkWaitForFences> slow(0, VK_TIMEOUT, 4);
+        EXPECT_GT(compare(extractor, small_scan(), 60, kPointsOnly), 100u);
+    }
+    EXPECT_GE(at_start, 5);  // once before the device works, and at least once for each wait
+    cancel = true;
+    at_start = 0;
+    {
+        const FailingCall<&vkWaitForFences> slow(0, VK_TIMEOUT, 4);
+        EXPECT_THROW(extractor.extract(110), Cancelled);
+    }
+    cancel = false;
+    expect_works(extractor);
 }
 
 // Fails each call in its turn that a device takes before it has extracted its first surface.
