@@ -47,6 +47,7 @@ Commands::Commands(std::shared_ptr<VulkanDevice> device) : device_(std::move(dev
 }
 
 Commands::~Commands() {
+    if (is_forked()) return;
     wait_until_idle();
     destroy();
 }
@@ -89,6 +90,7 @@ void Commands::start(const std::function<void(VkCommandBuffer)>& record) {
 }
 
 void Commands::wait(const Progress& progress, double fraction) {
+    check_not_forked();
     if (!running_) return;
     const auto wait_for = [&](std::uint64_t nanoseconds) {
         return vkWaitForFences(device_->handle(), 1, &fence_, VK_TRUE, nanoseconds);

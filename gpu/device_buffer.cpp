@@ -86,7 +86,7 @@ void DeviceBuffer::allocate(const VkMemoryRequirements& needs, Place place) {
 }
 
 void DeviceBuffer::destroy() {
-    if (!device_) return;
+    if (!device_ || is_forked()) return;
     vkDestroyBuffer(device_->handle(), buffer_, nullptr);
     vkFreeMemory(device_->handle(), memory_, nullptr);
 }

@@ -16,7 +16,7 @@ DeviceClock::DeviceClock(std::shared_ptr<VulkanDevice> device, std::uint32_t sta
 }
 
 DeviceClock::~DeviceClock() {
-    vkDestroyQueryPool(device_->handle(), pool_, nullptr);
+    if (!is_forked()) vkDestroyQueryPool(device_->handle(), pool_, nullptr);
 }
 
 void DeviceClock::reset(VkCommandBuffer commands) const {

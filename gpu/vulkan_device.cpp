@@ -1,6 +1,8 @@
 // Makes the instance, devices and pipelines of Vulkan.
 #include "vulkan_device.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstring>
 
@@ -132,6 +134,15 @@ const char* what_is_missing() {
 }
 
 VulkanDevice::VulkanDevice(VkPhysicalDevice physical) {
+bool is_forked() {
+    static const pid_t owner = getpid();  // the first call is that of the first open_device()
+    return getpid() != owner;
+}
+
+void check_not_forked() {
+    if (is_forked()) throw DeviceError("devices do not survive a fork; use the CPU");
+}
+
     try {
         create(physical);
     } catch (...) {
@@ -202,7 +213,7 @@ void VulkanDevice::create(VkPhysicalDevice physical) {
 }
 
 void VulkanDevice::destroy() {
-    if (device_ == VK_NULL_HANDLE) return;
+    if (device_ == VK_NULL_HANDLE || is_forked()) return;
     for (const auto& [key, pipeline] : pipelines_) vkDestroyPipeline(device_, pipeline, nullptr);
     vkDestroyPipelineLayout(device_, layout_, nullptr);
     vkDestroyDevice(device_, nullptr);
@@ -286,6 +297,7 @@ void VulkanDevice::submit(VkCommandBuffer commands, VkFence fence) {
 
 std::shared_ptr<VulkanDevice> open_device(std::size_t index) {
     static std::mutex mutex;
+    check_not_forked();  // before the mutex, which another thread of the parent may have held
     static auto& open =
         *new std::map<std::size_t, std::shared_ptr<VulkanDevice>>;  // never destroyed, as the instance
     const std::lock_guard lock(mutex);

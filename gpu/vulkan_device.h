@@ -47,6 +47,12 @@ struct Limits {
                             << 20;  ///< bytes that are copied between host and device at once
 };
 
+/// Whether this process was forked from one that had opened a device. The driver's threads are not in the
+/// child, and what is on the device is the parent's, so the child must neither use nor destroy it.
+bool is_forked();
+/// \throw DeviceError if is_forked()
+void check_not_forked();
+
 class VulkanDevice {
   public:
     explicit VulkanDevice(VkPhysicalDevice physical);
@@ -104,7 +110,8 @@ class VulkanDevice {
 };
 
 /// The device of this index in devices(). It is shared, and kept until the program ends because making it and
-/// its pipelines takes long; a lost one is replaced. \throw DeviceError there is none, or Vulkan failed
+/// its pipelines takes long; a lost one is replaced. \throw DeviceError there is none, Vulkan failed, or the
+/// process is_forked()
 std::shared_ptr<VulkanDevice> open_device(std::size_t index);
 
 }  // namespace marrow::gpu::internal

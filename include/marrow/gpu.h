@@ -23,8 +23,8 @@ class DeviceBuffer;
 }
 
 /// A device cannot extract: no device or several have the number or name, it was lost, its memory is too
-/// small, or it does not support the volume or the options. The CPU can extract instead, as FallbackExtractor
-/// does.
+/// small, it does not support the volume or the options, or the process was forked from one that had opened a
+/// device. The CPU can extract instead, as FallbackExtractor does.
 struct MARROW_EXPORT DeviceError : Error {
     using Error::Error;
 };

@@ -4,9 +4,15 @@
 
 #include <marrow/gpu.h>
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <optional>
+#include <vector>
 
 #include "gpu/vulkan_device.h"
 #include "support/fields.h"
@@ -85,6 +91,48 @@ TEST(FallbackExtractor, TheCpuTakesOverWhereTheDeviceMayRoundInOtherWays) {
     EXPECT_TRUE(extractor.on_device());
     expect_mesh_of_cpu(extractor, denormal, 30.5e-42);
     EXPECT_FALSE(extractor.on_device());
+}
+
+// Runs `work` in a forked process. Returns what it does, or -1 if it does not end in a minute.
+template <class Work>
+int in_forked_process(const Work& work) {
+    const pid_t child = fork();
+    if (child == 0) {
+        alarm(60);
+        _exit(work());
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST(FallbackExtractor, TheCpuTakesOverInAForkedProcess) {
+    const Volume volume = ball<std::int16_t>();
+    // The other threads of the CPU do not survive either.
+    const IsosurfaceOptions one_thread{.closed = true, .threads = 1};
+    const std::uint64_t expected = mesh_hash(extract_isosurface(volume, 30.5, one_thread));
+    std::optional<gpu::FallbackExtractor> inherited;
+    inherited.emplace(volume, one_thread, 0);
+    EXPECT_EQ(mesh_hash(inherited->extract(30.5)), expected);
+    EXPECT_TRUE(inherited->on_device());
+    const auto extracts_on_cpu = [&](gpu::FallbackExtractor& extractor) {
+        return mesh_hash(extractor.extract(30.5)) == expected && !extractor.on_device() &&
+               extractor.failure() == "devices do not survive a fork";
+    };
+    EXPECT_EQ(in_forked_process([&] { return extracts_on_cpu(*inherited) ? 0 : 1; }), 0);
+    EXPECT_EQ(in_forked_process([&] {
+                  gpu::FallbackExtractor made(volume, one_thread, 0);
+                  return extracts_on_cpu(made) ? 0 : 1;
+              }),
+              0);
+    // What the child destroys is not the parent's.
+    EXPECT_EQ(in_forked_process([&] {
+                  inherited.reset();
+                  return 0;
+              }),
+              0);
+    EXPECT_EQ(mesh_hash(inherited->extract(30.5)), expected);
+    EXPECT_TRUE(inherited->on_device());
 }
 
 TEST(FallbackExtractor, OtherErrorsAreNotTheDevices) {

@@ -161,10 +161,11 @@ class IsosurfaceExtractor:
     closed, normals, snap, topology, threads
         As for `extract`.
     device : str or int
-        What extracts: 'cpu'; 'auto', a GPU if there is one; 'gpu', which must be there; or a device by its number in
-        `devices` or a part of its name, also a software device. It keeps a copy of the samples, and gives the same
-        bits. The CPU takes over, with a RuntimeWarning, for what the device cannot do: samples of more than 16 bits
-        other than float32, `snap`, `topology`, and where it fails.
+        What extracts: 'cpu'; 'auto', a GPU if there is one; 'gpu', which must be there; or a device, also a software
+        device, by its number in `devices` (digits alone), its name or a part of that. It keeps a copy of the samples,
+        and gives the same bits. The CPU takes over, with a RuntimeWarning, for what the device cannot do: samples of
+        more than 16 bits other than float32, `snap`, `topology`, a process that was forked after a device had been
+        used, and where the device fails.
 
     Raises
     ------
