@@ -1,6 +1,7 @@
 // Extracts on a device until it fails, and then on the CPU.
 #include <marrow/gpu.h>
 
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -18,8 +19,18 @@ std::string reason_in(const std::string& message, const std::string& device) {
 }  // namespace
 
 struct FallbackExtractor::Impl {
+    Impl(const VolumeView& view, const IsosurfaceOptions& extraction_options)
+        : volume(view), options(extraction_options) {
+        if (!options.progress) return;
+        options.progress = [this, report = options.progress](double fraction) {
+            done = std::lerp(begin, 1.0, fraction);
+            return report(done);
+        };
+    }
+
     VolumeView volume;
     IsosurfaceOptions options;
+    double begin = 0, done = 0;  // of the progress: where the extractor began, and what was reported last
     std::string device_name;
     std::optional<Extractor> device;
     std::optional<IsosurfaceExtractor> cpu;  // made when it is first needed
@@ -35,6 +46,7 @@ struct FallbackExtractor::Impl {
         } catch (const DeviceError& error) {
             failure = reason_in(error.what(), device_name);
             device.reset();
+            begin = done;  // the CPU does what is left
             return false;
         }
     }
@@ -47,10 +59,10 @@ struct FallbackExtractor::Impl {
 
 FallbackExtractor::FallbackExtractor(const VolumeView& volume, const IsosurfaceOptions& options,
                                      std::optional<std::size_t> device)
-    : impl_(new Impl{volume, options, {}, {}, {}, {}, {}}) {
+    : impl_(std::make_unique<Impl>(volume, options)) {
     if (const auto known = devices(); device && *device < known.size())
         impl_->device_name = known[*device].name;
-    if (device) impl_->try_device([&] { impl_->device.emplace(volume, options, *device); });
+    if (device) impl_->try_device([&] { impl_->device.emplace(volume, impl_->options, *device); });
     if (!impl_->device) impl_->on_cpu();
 }
 
@@ -59,6 +71,7 @@ FallbackExtractor::FallbackExtractor(FallbackExtractor&&) noexcept = default;
 FallbackExtractor& FallbackExtractor::operator=(FallbackExtractor&&) noexcept = default;
 
 void FallbackExtractor::extract(double isovalue, Mesh& mesh, int level, IsosurfaceStats* stats) {
+    impl_->begin = impl_->done = 0;
     const bool done = level == 0 && impl_->device &&
                       impl_->try_device([&] { impl_->device->extract(isovalue, mesh, stats); });
     if (!done) impl_->on_cpu().extract(isovalue, mesh, level, stats);

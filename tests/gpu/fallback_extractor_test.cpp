@@ -93,6 +93,24 @@ TEST(FallbackExtractor, TheCpuTakesOverWhereTheDeviceMayRoundInOtherWays) {
     EXPECT_FALSE(extractor.on_device());
 }
 
+TEST(FallbackExtractor, ProgressNeverDecreasesWhenTheCpuTakesOver) {
+    const Volume denormal = ball<float>(1e-42f);
+    std::vector<double> fractions;
+    const IsosurfaceOptions options{.closed = true, .progress = [&](double fraction) {
+                                        fractions.push_back(fraction);
+                                        return true;
+                                    }};
+    gpu::FallbackExtractor extractor(denormal, options, 0);
+    for (const bool on_device : {true, false}) {
+        EXPECT_EQ(extractor.on_device(), on_device);
+        fractions.clear();
+        extractor.extract(30.5e-42);
+        EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end())) << testing::PrintToString(fractions);
+        EXPECT_LT(fractions.front(), 0.5);
+        EXPECT_EQ(fractions.back(), 1);
+    }
+}
+
 // Runs `work` in a forked process. Returns what it does, or -1 if it does not end in a minute.
 template <class Work>
 int in_forked_process(const Work& work) {
