@@ -157,8 +157,8 @@ QString Surfaces::device_name() const {
 }
 
 // The source goes on with the CPU by itself. Others of this scan start with it.
-void Surfaces::give_up_device(const std::shared_ptr<Source>& source, const QString& reason) {
-    if (device_failed_ || source->scan != session_.shared_scan()) return;
+void Surfaces::give_up_device(const std::shared_ptr<const Scan>& scan, const QString& reason) {
+    if (device_failed_ || scan != session_.shared_scan()) return;
     device_failed_ = true;
     preview_level_ = needed_preview_level();
     emit device_changed(reason);
@@ -302,10 +302,14 @@ void Surfaces::post(int id, int level) {
         const Mesh& extracted = source->extract(isovalue, level, job_progress);
         shape->milliseconds =
             std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        // What waits for the window must not hold the source, whose samples may be on the device: the next
+        // source might not have room beside it.
         if (const std::string& failure = source->extractor->failure(); !failure.empty())
             QMetaObject::invokeMethod(
                 this,
-                [this, source, reason = QString::fromStdString(failure)] { give_up_device(source, reason); },
+                [this, scan = source->scan, reason = QString::fromStdString(failure)] {
+                    give_up_device(scan, reason);
+                },
                 Qt::QueuedConnection);
         apps::report(job_progress, 1);
         shape->isovalue = isovalue;
@@ -317,15 +321,16 @@ void Surfaces::post(int id, int level) {
             add_trust(*shape->trust, shape->polydata);
         }
         QMetaObject::invokeMethod(
-            this, [=, this] { accept(id, request, source, shape); }, Qt::QueuedConnection);
+            this, [this, id, request, scan = source->scan, shape] { accept(id, request, scan, shape); },
+            Qt::QueuedConnection);
     };
     extracting_.post({level > 0 ? 0 : 1, id}, guarded(id, job));
 }
 
-void Surfaces::accept(int id, int request, const std::shared_ptr<Source>& source,
+void Surfaces::accept(int id, int request, const std::shared_ptr<const Scan>& scan,
                       std::shared_ptr<Shape> shape) {
     const auto it = states_.find(id);
-    if (it == states_.end() || source->scan != source_->scan) return;  // the surface or the scan is gone
+    if (it == states_.end() || scan != source_->scan) return;  // the surface or the scan is gone
     State& state = it->second;
     const bool newest = request == state.request;
     if (shape->level == 0 && preview_level_ > 0 && !newest) return;  // newer previews have replaced it

@@ -90,12 +90,12 @@ class Surfaces : public QObject {
 
     void follow();
     bool uses_device() const;
-    void give_up_device(const std::shared_ptr<Source>& source, const QString& reason);
+    void give_up_device(const std::shared_ptr<const Scan>& scan, const QString& reason);
     int needed_preview_level() const;
     void request(int id, double isovalue);
     Worker::Job guarded(int id, Worker::Job job);
     void post(int id, int level);
-    void accept(int id, int request, const std::shared_ptr<Source>& source, std::shared_ptr<Shape> shape);
+    void accept(int id, int request, const std::shared_ptr<const Scan>& scan, std::shared_ptr<Shape> shape);
     void post_measure(int id, std::shared_ptr<Shape> shape);
     void post_check(int id, const std::shared_ptr<Shape>& shape);
 
