@@ -18,10 +18,8 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "base/resize_discarding.h"
-#include "core/grid/index_to_physical.h"
 #include "core/grid/threshold.h"
 #include "core/marching_cubes/case_table.h"
-#include "core/volume/checks.h"
 
 namespace marrow::gpu::internal {
 
@@ -122,7 +120,7 @@ DeviceExtraction::DeviceExtraction(std::shared_ptr<VulkanDevice> device, const V
     status_ = DeviceBuffer(device_, sizeof(Status));
     parameter_block_ = DeviceBuffer(device_, sizeof(Parameters));
     report_memory_ = DeviceBuffer(device_, sizeof(Report), DeviceBuffer::Place::host);
-    upload_row_bases(volume);
+    upload_row_bases(to_physical);
 
     parameters_.ranges = ranges_.address();
     parameters_.list = list_.address();
@@ -143,9 +141,8 @@ std::uint64_t DeviceExtraction::scratch_bytes() const {
            triangles_.bytes();
 }
 
-void DeviceExtraction::upload_row_bases(const VolumeView& volume) {
+void DeviceExtraction::upload_row_bases(const IndexToPhysical& to_physical) {
     row_bases_ = DeviceBuffer(device_, rows() * sizeof(Vec3f));
-    const IndexToPhysical to_physical(volume);
     const std::int64_t pad = options_.closed ? 1 : 0;
     const auto grid_ny = static_cast<std::uint64_t>(parameters_.grid_rows[0]);
     staging_.upload(row_bases_, sizeof(Vec3f), [&](std::uint64_t row, std::byte* to) {
@@ -171,10 +168,10 @@ void DeviceExtraction::find_ranges() {
 // does not suffice, which only the count says, a second batch follows.
 Report DeviceExtraction::extract(double isovalue, bool release) {
     report_progress(options_.progress, 0);
-    commands_.wait(options_.progress, 0);  // for a surface that was cancelled
     parameters_.half_isovalue = 0.5f * static_cast<float>(isovalue);
     parameters_.threshold = ordered_threshold(type_, isovalue);
     const bool has_output = bytes_of(positions_) != 0;
+    commands_.wait(options_.progress, 0);  // for a surface that was cancelled
     commands_.start([&](VkCommandBuffer commands) {
         clock_.reset(commands);
         vkCmdFillBuffer(commands, status_.handle(), offsetof(Status, unsafe), VK_WHOLE_SIZE, 0);

@@ -9,6 +9,7 @@
 #include <marrow/volume.h>
 
 #include "commands.h"
+#include "core/grid/index_to_physical.h"
 #include "device_clock.h"
 #include "device_pyramid.h"
 #include "resident_volume.h"
@@ -49,7 +50,7 @@ class DeviceExtraction {
     using Output = std::shared_ptr<const DeviceBuffer>;
 
     std::uint64_t rows() const;
-    void upload_row_bases(const VolumeView& volume);
+    void upload_row_bases(const marrow::internal::IndexToPhysical& to_physical);
     void find_ranges();
     void dispatch(VkCommandBuffer commands, Kernel kernel, std::uint64_t elements, std::uint32_t which = 0,
                   std::uint32_t level = 0) const;

@@ -13,7 +13,7 @@ namespace marrow::gpu::internal {
 
 namespace {
 
-// A shader's index in an allocation has 32 bits, signed, and counts words.
+// The place of a byte in an allocation has 32 bits, although the indices of the shaders count words.
 constexpr std::uint64_t kMostSlabBytes = std::uint64_t{1} << 32;
 constexpr std::uint64_t kBlockRows = 8;  // as in shaders/blocks.glsl
 
@@ -76,12 +76,6 @@ std::uint64_t ResidentVolume::blocks() const {
 
 std::uint64_t ResidentVolume::loads() const {
     return blocks() / row_words_ * kBlockRows * row_loads_;
-}
-
-std::uint64_t ResidentVolume::bytes() const {
-    std::uint64_t bytes = 0;
-    for (const DeviceBuffer& slab : slabs_) bytes += slab.bytes();
-    return bytes;
 }
 
 void ResidentVolume::describe(Parameters& parameters) const {

@@ -24,8 +24,6 @@ class ResidentVolume {
 
     /// Sets the parameters that say where the samples are.
     void describe(Parameters& parameters) const;
-    /// Bytes of the samples on the device.
-    std::uint64_t bytes() const;
     /// Words of inside bits, one bit a sample.
     std::uint64_t bit_words() const;
     /// Blocks of samples, of which the kernels know the range.

@@ -45,15 +45,20 @@ const Instance& the_instance() {
 
 constexpr std::uint32_t kNoFamily = ~std::uint32_t{0};
 
-// The family of queues for the kernels; one that does not also draw is preferred,
-// as it disturbs the desktop less.
-std::uint32_t compute_family(VkPhysicalDevice physical) {
+std::vector<VkQueueFamilyProperties> queue_families(VkPhysicalDevice physical) {
     std::uint32_t count = 0;
     vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
     std::vector<VkQueueFamilyProperties> families(count);
     vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
+    return families;
+}
+
+// The family of queues for the kernels; one that does not also draw is preferred,
+// as it disturbs the desktop less.
+std::uint32_t compute_family(VkPhysicalDevice physical) {
+    const std::vector<VkQueueFamilyProperties> families = queue_families(physical);
     std::uint32_t found = kNoFamily;
-    for (std::uint32_t f = 0; f < count; ++f) {
+    for (std::uint32_t f = 0; f < families.size(); ++f) {
         if ((families[f].queueFlags & VK_QUEUE_COMPUTE_BIT) == 0) continue;
         if ((families[f].queueFlags & VK_QUEUE_GRAPHICS_BIT) == 0) return f;
         if (found == kNoFamily) found = f;
@@ -62,11 +67,7 @@ std::uint32_t compute_family(VkPhysicalDevice physical) {
 }
 
 std::uint64_t valid_timestamp_bits(VkPhysicalDevice physical, std::uint32_t family) {
-    std::uint32_t count = 0;
-    vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, nullptr);
-    std::vector<VkQueueFamilyProperties> families(count);
-    vkGetPhysicalDeviceQueueFamilyProperties(physical, &count, families.data());
-    const std::uint32_t bits = families[family].timestampValidBits;
+    const std::uint32_t bits = queue_families(physical)[family].timestampValidBits;
     return bits == 0 ? 0 : ~std::uint64_t{0} >> (64 - bits);
 }
 
@@ -133,7 +134,6 @@ const char* what_is_missing() {
     return the_instance().missing;
 }
 
-VulkanDevice::VulkanDevice(VkPhysicalDevice physical) {
 bool is_forked() {
     static const pid_t owner = getpid();  // the first call is that of the first open_device()
     return getpid() != owner;
@@ -143,6 +143,7 @@ void check_not_forked() {
     if (is_forked()) throw DeviceError("devices do not survive a fork; use the CPU");
 }
 
+VulkanDevice::VulkanDevice(VkPhysicalDevice physical) {
     try {
         create(physical);
     } catch (...) {
@@ -296,8 +297,8 @@ void VulkanDevice::submit(VkCommandBuffer commands, VkFence fence) {
 }
 
 std::shared_ptr<VulkanDevice> open_device(std::size_t index) {
-    static std::mutex mutex;
     check_not_forked();  // before the mutex, which another thread of the parent may have held
+    static std::mutex mutex;
     static auto& open =
         *new std::map<std::size_t, std::shared_ptr<VulkanDevice>>;  // never destroyed, as the instance
     const std::lock_guard lock(mutex);
