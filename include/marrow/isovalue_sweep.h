@@ -34,7 +34,7 @@ struct SweepOptions {
 /// once for all isovalues. Components are counted from the samples alone: n closed surfaces divide space into
 /// n + 1 regions. An inside region is connected along grid edges, an outside region also across the diagonals
 /// of cell faces. \throw InputError a null view, bad geometry, or isovalues that are not finite and
-/// ascending; Cancelled
+/// ascending; LimitError not enough memory; Cancelled
 ///
 /// With `topology`, each surface is extracted and measured. \throw LimitError as extract_isosurface
 MARROW_EXPORT std::vector<SweepSample> sweep_isovalues(const VolumeView& volume,

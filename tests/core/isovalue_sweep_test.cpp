@@ -61,6 +61,52 @@ TEST(Sweep, MeasuresTheSurfacesOfExactTopology) {
         Cancelled);
 }
 
+TEST(Sweep, ReportsProgressWhileASurfaceIsExtracted) {
+    const Volume volume = noise<std::int16_t>(grid(19, 18, 17), 3, -100, 101);
+    double last = 0;
+    int before_half = 0;
+    const auto report = [&](double fraction) {
+        EXPECT_GE(fraction, last);
+        last = fraction;
+        before_half += fraction < 0.5 ? 1 : 0;
+        return true;
+    };
+    sweep_isovalues(volume, std::vector<double>{0, 40}, {.progress = report, .topology = true});
+    EXPECT_GT(before_half, 10);
+    EXPECT_EQ(last, 1);
+}
+
+// A box far from the middle, and one from end to end.
+TEST(Sweep, AgreesWithTheMeshesOfATallStack) {
+    for (const std::int64_t end : {4, 20'000}) {
+        const Volume volume = sampled<std::uint8_t>(grid(4, 4, 20'000), [&](auto x, auto y, auto z) {
+            return x > 0 && x < 3 && y > 0 && y < 3 && z > 1 && z < end ? 203 : 0;
+        });
+        expect_as_measured(volume, {60, 100});
+    }
+}
+
+// Between neighbouring numbers, rounding can turn the order of the samples round.
+TEST(Sweep, AgreesWithTheMeshesOfNeighbouringIsovalues) {
+    Volume volume = noise<double>(grid(6, 6, 6), 5, 0, 4000);
+    Random random(6);
+    int turned = 0;
+    for (int i = 0; i < 100'000 && turned < 5; ++i) {
+        const Rescale rescale{0.001 + 0.001 * static_cast<double>(random() % 10'000),
+                              0.1 * static_cast<double>(random() % 40'000) - 2000};
+        const double a = rescale.value(static_cast<double>(random() % 4000)), b = std::nextafter(a, 1e9);
+        if (!(rescale.sample(b) < rescale.sample(a))) continue;
+        ++turned;
+        volume.set_rescale(rescale);
+        volume.samples<double>()[100] = rescale.sample(b);  // outside at a, and inside at b, which is higher
+        const auto sweep = sweep_isovalues(volume, std::vector<double>{a, b});
+        EXPECT_EQ(sweep[0].triangles, static_cast<std::int64_t>(
+                                          extract_isosurface(volume, a, {.closed = true}).triangles.size()));
+        EXPECT_LE(sweep[1].volume, sweep[0].volume);
+    }
+    EXPECT_GT(turned, 0);
+}
+
 TEST(Sweep, AgreesWithTheMeshesOfNoise) {
     const std::vector<double> isovalues{-90, -50, -20.5, 0, 1, 2, 3, 40, 41, 80, 99, 100, 101};
     for (unsigned seed = 0; seed < 4; ++seed) {

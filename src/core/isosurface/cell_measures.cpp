@@ -34,8 +34,7 @@ struct Batch {
 template <class R>
 class SliceSums {
   public:
-    SliceSums(const Mat3d& matrix, double z, CellMeasures& sums)
-        : sums_(sums), three_z_(static_cast<R>(3 * z)) {
+    SliceSums(const Mat3d& matrix, CellMeasures& sums) : sums_(sums) {
         const Mat3d cofactor = cofactors(matrix);
         for (std::size_t e = 0; e < kCellEdges; ++e) {
             const int first = kEdgeCorners[e][0], axis = kEdgeCorners[e][1] - first;
@@ -74,7 +73,7 @@ class SliceSums {
         const Case& c = kCases[cell_case];
         const auto half = hn::Set(d, R(0.5)), least = hn::Set(d, R(kLeastFraction)),
                    most = hn::Set(d, std::numeric_limits<R>::max());
-        alignas(64) R twice_area[kSize], six_volumes[kSize];
+        alignas(64) R twice_area[kSize], six_volumes[kSize], facing_z[kSize];
         for (std::size_t i = 0; i < kSize; i += hn::Lanes(d)) {
             for (std::size_t e = 0; e < kCellEdges; ++e) {
                 if ((c.crossed >> e & 1) == 0) continue;
@@ -89,7 +88,7 @@ class SliceSums {
                 const auto within = hn::Min(hn::Max(t, least), hn::Sub(hn::Set(d, R(1)), least));
                 hn::Store(hn::IfThenElse(usable, within, half), d, along_[e] + i);
             }
-            auto area = hn::Zero(d), volume = hn::Zero(d);
+            auto area = hn::Zero(d), volume = hn::Zero(d), facing = hn::Zero(d);
             for (std::size_t t = 0; t < c.triangles; ++t) {
                 const std::uint8_t* edges = c.edges.data() + 3 * t;
                 const auto corner = [&](std::size_t n, std::size_t r) {
@@ -115,24 +114,26 @@ class SliceSums {
                 const auto squared =
                     hn::Add(hn::Add(hn::Mul(by_x, nx), hn::Mul(by_y, ny)), hn::Mul(by_z, nz));
                 area = hn::Add(area, hn::Sqrt(hn::Max(squared, hn::Zero(d))));
-                // By the divergence theorem, the flux of (0, 0, z) through the surface is the volume.
-                const auto z = hn::Add(hn::Add(hn::Add(az, bz), cz), hn::Set(d, three_z_));
-                volume = hn::Add(volume, hn::Mul(nz, z));
+                // By the divergence theorem, the flux of (0, 0, z) through the surface is the volume. Here z
+                // begins at the slice.
+                volume = hn::Add(volume, hn::Mul(nz, hn::Add(hn::Add(az, bz), cz)));
+                facing = hn::Add(facing, nz);
             }
             hn::Store(area, d, twice_area + i);
             hn::Store(volume, d, six_volumes + i);
+            hn::Store(facing, d, facing_z + i);
         }
         for (std::size_t n = 0; n < batch.size; ++n) {
             const std::size_t k = batch.isovalue[n];
             sums_.twice_area[k] += static_cast<double>(twice_area[n]);
             sums_.six_volumes[k] += static_cast<double>(six_volumes[n]) * to_volume_;
+            sums_.facing_z[k] += static_cast<double>(facing_z[n]) * to_volume_;
             sums_.triangles[k] += c.triangles;
         }
         batch.size = 0;
     }
 
     CellMeasures& sums_;
-    const R three_z_;
     double to_volume_;
     // The squared length of a normal n in physical space is the sum over a <= b of square_[a][b] n[a] n[b].
     R square_[3][3];
@@ -219,9 +220,8 @@ template <class T>
 void add_cells_of(const VolumeView& volume, const IndexToPhysical& to_physical, const Levels& levels,
                   std::span<const double> isovalues, std::int64_t z, CellMeasures& sums) {
     using R = Real<T>;
-    const std::int64_t ny = volume.geometry.dims[1], nz = volume.geometry.dims[2];
-    const auto slice = std::make_unique<SliceSums<R>>(
-        to_physical.exact, static_cast<double>(z) - 0.5 * static_cast<double>(nz - 1), sums);
+    const std::int64_t ny = volume.geometry.dims[1];
+    const auto slice = std::make_unique<SliceSums<R>>(to_physical.exact, sums);
 
     R isovalue[Levels::kMost];
     for (std::size_t k = 0; k < isovalues.size(); ++k)

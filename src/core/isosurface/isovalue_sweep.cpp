@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <optional>
 
 #include <marrow/isosurface.h>
@@ -27,9 +28,11 @@ std::vector<double> checked_isovalues(const VolumeView& volume, std::span<const 
     check_volume(volume);
     std::vector<double> samples;
     for (std::size_t i = 0; i < isovalues.size(); ++i) {
-        samples.push_back(checked_isovalue(isovalues[i], volume.rescale));
+        const double sample = checked_isovalue(isovalues[i], volume.rescale);
         if (i > 0 && !(isovalues[i - 1] < isovalues[i]))
             throw InputError("the isovalues of a sweep must ascend");
+        // Rounding can swap the samples of neighbouring numbers.
+        samples.push_back(i > 0 ? std::max(sample, samples.back()) : sample);
     }
     return samples;
 }
@@ -79,11 +82,13 @@ void measure_cells(const VolumeView& volume, std::span<const double> isovalues,
         add_cells(volume, to_physical, levels, isovalues, z, slices[static_cast<std::size_t>(z + 1)]);
         stage.step();
     });
-    for (const CellMeasures& slice : slices) {
-        for (std::size_t k = 0; k < isovalues.size(); ++k) {
+    for (std::size_t k = 0; k < isovalues.size(); ++k) {
+        double z = 0;  // from the first slice of the surface, so that it is small
+        for (const CellMeasures& slice : slices) {
             samples[k].area += slice.twice_area[k] / 2;
-            samples[k].volume += slice.six_volumes[k] / 6;
+            samples[k].volume += (slice.six_volumes[k] + 3 * z * slice.facing_z[k]) / 6;
             samples[k].triangles += slice.triangles[k];
+            if (samples[k].triangles > 0) ++z;
         }
     }
 }
@@ -108,18 +113,39 @@ void count_components(const VolumeView& volume, std::span<const double> isovalue
 
 // Cells alone do not tell the exact topology; the surface does.
 void measure_surfaces(const VolumeView& volume, std::span<SweepSample> samples, const SweepOptions& options) {
+    std::size_t k = 0;
+    const auto surfaces = static_cast<double>(samples.size());
+    const Progress within = [&](double fraction) {
+        return !options.progress || options.progress((static_cast<double>(k) + 0.8 * fraction) / surfaces);
+    };
     IsosurfaceExtractor extractor(
-        volume, {.normals = false, .closed = true, .topology = true, .threads = options.threads});
+        volume,
+        {.normals = false, .closed = true, .topology = true, .threads = options.threads, .progress = within});
     Mesh mesh;
-    for (std::size_t k = 0; k < samples.size(); ++k) {
+    for (; k < samples.size(); ++k) {
         extractor.extract(samples[k].isovalue, mesh);
         const MeshMeasures found = measure(mesh, {.threads = options.threads});
         samples[k].volume = found.volume;
         samples[k].area = found.area;
         samples[k].components = found.components;
         samples[k].triangles = found.triangles;
-        report_progress(options.progress, static_cast<double>(k + 1) / static_cast<double>(samples.size()));
+        report_progress(options.progress, static_cast<double>(k + 1) / surfaces);
     }
+}
+
+// The cells give area, volume and triangles, and the samples the components.
+void measure_samples(const VolumeView& volume, std::span<const double> isovalues,
+                     std::span<SweepSample> samples, const SweepOptions& options) {
+    const std::size_t groups = (isovalues.size() + Levels::kMost - 1) / Levels::kMost;
+    const auto nz = static_cast<std::size_t>(volume.geometry.dims[2]);
+    Stage cells(options.progress, 0, 0.6, groups * (2 * nz + 1));
+    Levels levels(volume.geometry.dims);
+    for (std::size_t first = 0; first < isovalues.size(); first += Levels::kMost) {
+        const std::size_t size = std::min(Levels::kMost, isovalues.size() - first);
+        measure_cells(volume, isovalues.subspan(first, size), samples.subspan(first, size), levels, cells);
+    }
+    Stage components(options.progress, 0.6, 1, samples.size());
+    count_components(volume, isovalues, samples, components);
 }
 
 }  // namespace
@@ -130,23 +156,15 @@ std::vector<SweepSample> sweep_isovalues(const VolumeView& volume, std::span<con
     std::vector<SweepSample> samples(isovalues.size());
     for (std::size_t k = 0; k < isovalues.size(); ++k) samples[k].isovalue = isovalues[k];
     if (!has_cells(volume.geometry, true)) return samples;
-    if (options.topology) {
-        measure_surfaces(volume, samples, options);
-        return samples;
+    try {
+        if (options.topology)
+            measure_surfaces(volume, samples, options);
+        else
+            with_threads(options.threads,
+                         [&] { measure_samples(volume, sample_isovalues, samples, options); });
+    } catch (const std::bad_alloc&) {
+        throw_out_of_memory(volume.geometry);
     }
-    with_threads(options.threads, [&] {
-        const std::size_t groups = (isovalues.size() + Levels::kMost - 1) / Levels::kMost;
-        const auto nz = static_cast<std::size_t>(volume.geometry.dims[2]);
-        Stage cells(options.progress, 0, 0.6, groups * (2 * nz + 1));
-        Levels levels(volume.geometry.dims);
-        for (std::size_t first = 0; first < isovalues.size(); first += Levels::kMost) {
-            const std::size_t size = std::min(Levels::kMost, isovalues.size() - first);
-            measure_cells(volume, std::span(sample_isovalues).subspan(first, size),
-                          std::span(samples).subspan(first, size), levels, cells);
-        }
-        Stage components(options.progress, 0.6, 1, samples.size());
-        count_components(volume, sample_isovalues, samples, components);
-    });
     return samples;
 }
 
