@@ -1,8 +1,14 @@
 // Extraction in slabs makes the same surface as extract_isosurface.
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+
+#include <limits>
 
 #include <marrow/streaming.h>
 
+#include "core/marching_cubes/ambiguous_cells.h"
+#include "core/marching_cubes/classify.h"
+#include "core/volume/sparse_array.h"
 #include "support/fields.h"
 #include "support/mesh_checks.h"
 
@@ -124,6 +130,94 @@ TEST(Streaming, SlicesThatAreStoredTogetherAreReadTogether) {
         EXPECT_EQ(mesh_hash(in_slabs(source, 63, {.slices = 3}, {})),
                   mesh_hash(extract_isosurface(volume, 63)));
         EXPECT_EQ(passes, 2);
+    }
+}
+
+TEST(Streaming, MoreSlicesTogetherThanThereAreTakeNoMoreMemory) {
+    const Volume volume = blobs<std::uint8_t>(4);
+    SliceSource source = source_of(volume);
+    source.slices_at_once = std::numeric_limits<std::int64_t>::max();
+    EXPECT_EQ(mesh_hash(in_slabs(source, 63, {.memory = 200'000}, {})),
+              mesh_hash(extract_isosurface(volume, 63)));
+}
+
+// Empty slices but for one sample.
+SliceSource almost_empty(std::int64_t nx, std::int64_t ny, std::int64_t nz) {
+    SliceSource source;
+    source.geometry.dims = {nx, ny, nz};
+    source.type = SampleType::uint8;
+    source.read = [nx, ny](std::int64_t begin, std::int64_t end, void* samples) {
+        std::memset(samples, 0, static_cast<std::size_t>(nx * ny * (end - begin)));
+        if (begin == 0) static_cast<std::uint8_t*>(samples)[nx + 1] = 100;
+    };
+    return source;
+}
+
+// What extraction says of a limit, in MiB.
+std::string refusal(const SliceSource& source, std::size_t memory, std::size_t reserved) {
+    const SurfaceSink sink{[](auto, auto, auto) {}, [](const SurfacePart&) {}};
+    try {
+        extract_isosurface_in_slabs(source, 50, sink, {.memory = memory << 20, .reserved = reserved << 20},
+                                    {.closed = true});
+    } catch (const LimitError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+// Where pages begin to be huge, which takes more memory.
+TEST(Streaming, MoreMemoryIsNeverRefusedAndTheStatedMinimumSuffices) {
+    const SliceSource source = almost_empty(2048, 2048, 8);
+    for (const std::size_t reserved : {275u, 285u, 290u, 295u}) {
+        const std::string text = refusal(source, 10, reserved);
+        const std::size_t least = std::stoul(text.substr(text.find_first_of("0123456789")));
+        EXPECT_NE(refusal(source, least - 1, reserved), "") << reserved;
+        for (const std::size_t memory : {least, least + 1, std::max<std::size_t>(least, 319),
+                                         std::max<std::size_t>(least, 320), least + 19, least + 40})
+            EXPECT_EQ(refusal(source, memory, reserved), "") << reserved << ' ' << memory;
+    }
+}
+
+TEST(Streaming, ForgottenCellsTakeNoMemory) {
+    using namespace internal;
+    const Volume volume = checkerboard(20);
+    const VolumeView view = volume;
+    const IndexToPhysical to_physical(view);
+    InsideBits bits(view.geometry.dims, ClosedSides{});
+    for (std::int64_t z = 0; z < bits.nz; ++z) classify_slice(view, 0.5, z, bits, nullptr);
+    RowCounts rows(bits.rows());
+    ActiveWords active(bits);
+    AmbiguousCells cells(view, 0.5, to_physical, bits);
+    for (std::int64_t z = 0; z < bits.nz; ++z) cells.count(z, rows, active);
+    const std::size_t with_cells = cells.bytes();
+    for (std::int64_t z = 0; z < bits.nz; ++z) cells.forget(z);
+    EXPECT_LE(cells.bytes() + 19 * 19 * 19 * sizeof(AmbiguousCell), with_cells);
+}
+
+// The pages before an element that are in memory.
+template <class T>
+std::size_t pages_before(internal::SparseArray<T>& array, std::size_t end) {
+    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    const std::size_t pages = end * sizeof(T) / page;
+    std::vector<unsigned char> resident(pages);
+    EXPECT_EQ(mincore(array.data(), pages * page, resident.data()), 0);
+    return static_cast<std::size_t>(std::count_if(resident.begin(), resident.end(),
+                                                  [](unsigned char flags) { return (flags & 1) != 0; }));
+}
+
+// Parts of 3 MiB overlap, and none begins at a page.
+TEST(Streaming, NoPageBeforeTheReleasedElementsStaysInMemory) {
+    for (const bool huge : {false, true}) {
+        constexpr std::size_t kSize = (3 << 20) + 12345;
+        internal::SparseArray<char> array(20 * kSize);
+        array.use_huge_pages(huge);
+        for (std::size_t begin = 0; begin < 19 * kSize; begin += kSize) {
+            const std::size_t end = begin + kSize + 5000;
+            std::fill(array.data() + begin, array.data() + end, char{1});
+            array.release(begin, end);
+            ASSERT_EQ(pages_before(array, end), 0u) << huge << ' ' << begin;
+            EXPECT_EQ(array.data()[end], 0);
+        }
     }
 }
 

@@ -26,15 +26,15 @@ namespace {
 // in the grid, which for a closed surface has one more at both ends than the volume.
 class Window {
   public:
-    Window(const SliceSource& source, double isovalue, bool closed, bool huge_pages)
+    Window(const SliceSource& source, double isovalue, bool closed)
         : source_(source),
           isovalue_(isovalue),
           slice_samples_(static_cast<std::size_t>(source.geometry.dims[0] * source.geometry.dims[1])),
           slice_bytes_(slice_samples_ * sample_size(source.type)),
-          samples_(slice_bytes_ * static_cast<std::size_t>(source.geometry.dims[2]), huge_pages),
+          slices_at_once_(std::min(source.slices_at_once, source.geometry.dims[2])),
+          samples_(slice_bytes_ * static_cast<std::size_t>(source.geometry.dims[2])),
           bit_memory_(InsideBits(source.geometry.dims, ClosedSides::all(closed), nullptr).word_count() +
-                          InsideBits::kSlack,
-                      huge_pages),
+                      InsideBits::kSlack),
           bits_(source.geometry.dims, ClosedSides::all(closed), bit_memory_.data()) {
         volume_.geometry = source.geometry;
         volume_.type = source.type;
@@ -44,9 +44,13 @@ class Window {
     const VolumeView& volume() const { return volume_; }
     const InsideBits& bits() const { return bits_; }
     std::int64_t non_finite_samples() const { return non_finite_; }
+    std::int64_t slices_at_once() const { return slices_at_once_; }
     // The memory of a slice's samples and bits.
-    std::size_t bytes_per_slice() const {
-        return slice_bytes_ + bits_.row_index(0, 1) * bits_.words_per_row * sizeof(std::uint64_t);
+    std::size_t bytes_per_slice() const { return slice_bytes_ + words_per_slice() * sizeof(std::uint64_t); }
+
+    void use_huge_pages(bool huge) {
+        samples_.use_huge_pages(huge);
+        bit_memory_.use_huge_pages(huge);
     }
 
     // Begins again with the first slice.
@@ -60,9 +64,9 @@ class Window {
     // more slices, and of those that are stored together with these.
     void advance(std::int64_t end, std::int64_t ahead) {
         const std::int64_t nz = source_.geometry.dims[2];
-        const std::int64_t whole = source_.slices_at_once, needed = end - bits_.first_z + ahead;
-        const std::int64_t samples_end =
-            std::clamp<std::int64_t>((needed + whole - 1) / whole * whole, read_, nz);
+        const std::int64_t needed = end - bits_.first_z + ahead;
+        const std::int64_t samples_end = std::clamp<std::int64_t>(
+            (needed + slices_at_once_ - 1) / slices_at_once_ * slices_at_once_, read_, nz);
         if (samples_end > read_) {
             source_.read(read_, samples_end,
                          samples_.data() + slice_bytes_ * static_cast<std::size_t>(read_));
@@ -85,16 +89,18 @@ class Window {
                          slice_bytes_ * static_cast<std::size_t>(samples_end));
         released_ = samples_end;
         const std::int64_t bits_end = std::clamp<std::int64_t>(end, released_bits_, classified_);
-        const std::size_t words = bits_.row_index(0, 1) * bits_.words_per_row;
-        bit_memory_.release(words * static_cast<std::size_t>(released_bits_),
-                            words * static_cast<std::size_t>(bits_end));
+        bit_memory_.release(words_per_slice() * static_cast<std::size_t>(released_bits_),
+                            words_per_slice() * static_cast<std::size_t>(bits_end));
         released_bits_ = bits_end;
     }
 
   private:
+    std::size_t words_per_slice() const { return bits_.row_index(0, 1) * bits_.words_per_row; }
+
     const SliceSource& source_;
     const double isovalue_;
     const std::size_t slice_samples_, slice_bytes_;
+    const std::int64_t slices_at_once_;
     SparseArray<std::byte> samples_;
     SparseArray<std::uint64_t> bit_memory_;
     InsideBits bits_;
@@ -113,24 +119,23 @@ struct Slabs {
         : geometry(source.geometry),
           isovalue(level),
           options(slab_options),
-          huge_pages(limits.memory >= kLeastForHugePages),
-          window(source, level, slab_options.closed, huge_pages),
+          limit(limits.memory),
+          window(source, level, slab_options.closed),
           rows(window.bits().rows()),
           active(window.bits()),
-          halo(kHalo + source.slices_at_once - 1),
+          halo(kHalo + window.slices_at_once() - 1),
           to_physical(window.volume()),
           most_slices(limits.slices.value_or(window.bits().nz)),
           sink_bytes_per_point(sink.bytes_per_point),
-          fixed(fixed_memory(limits.reserved + source.read_bytes)),
-          memory(limits.memory - std::min(limits.memory, fixed)) {
-        check_memory(0);
+          fixed(fixed_memory(limits.reserved + source.read_bytes)) {
+        divide_memory(0);
         if (options.topology) ambiguous.emplace(window.volume(), isovalue, to_physical, window.bits());
     }
 
     const Geometry& geometry;
     const double isovalue;
     const IsosurfaceOptions& options;
-    const bool huge_pages;
+    const std::size_t limit;
     Window window;
     RowCounts rows;
     ActiveWords active;
@@ -141,17 +146,26 @@ struct Slabs {
     std::optional<AmbiguousCells> ambiguous;
     const std::int64_t most_slices;  // in a slab
     const std::size_t sink_bytes_per_point;
-    const std::size_t fixed;   // bytes that are taken whatever the slab
-    const std::size_t memory;  // bytes for a slab's samples, bits and output
+    const std::size_t fixed;  // bytes that are taken whatever the slab
+    bool huge_pages = false;
+    std::size_t memory = 0;  // bytes for a slab's samples, bits and output
 
-    // \throw LimitError a slab of one slice, with so many bytes of output, does not fit
-    void check_memory(std::size_t output) const {
-        const std::size_t least = static_cast<std::size_t>(halo + 1) * window.bytes_per_slice() + output;
-        if (memory >= least) return;
-        std::size_t all = fixed + least;
-        if (!huge_pages && all >= kLeastForHugePages) all += kRounding;  // with so much, pages would be huge
-        throw LimitError("limits.memory must be at least " + std::to_string((all >> 20) + 1) +
-                         " MiB for this " + (output > 0 ? "surface" : "volume, and more for its surface"));
+    // The memory of a slab's samples and bits, with those around it.
+    std::size_t window_bytes(std::int64_t slices) const {
+        return static_cast<std::size_t>(std::min(slices + halo, window.bits().nz)) * window.bytes_per_slice();
+    }
+
+    // Sets the memory of slabs of which one of a single slice has at most so many bytes of output. Pages are
+    // huge unless such a slab then would not fit. \throw LimitError it does not fit
+    void divide_memory(std::size_t output) {
+        const std::size_t least = fixed + window_bytes(1) + output;
+        if (limit < least)
+            throw LimitError("limits.memory must be at least " + std::to_string((least >> 20) + 1) +
+                             " MiB for this " +
+                             (output > 0 ? "surface" : "volume, and more for its surface"));
+        huge_pages = limit >= kLeastForHugePages && limit - least >= kRounding;
+        memory = limit - fixed - (huge_pages ? kRounding : 0);
+        window.use_huge_pages(huge_pages);
     }
 
   private:
@@ -168,8 +182,7 @@ struct Slabs {
         // less than two bytes per row. Any row may have ambiguous cells.
         const std::size_t bytes_per_row =
             4 * sizeof(std::uint32_t) + 2 + (options.topology ? sizeof(AmbiguousRow) : 0);
-        return reserved + (huge_pages ? kRounding : 0) + bytes_per_row * window.bits().rows() +
-               active.bytes();
+        return reserved + bytes_per_row * window.bits().rows() + active.bytes();
     }
 };
 
@@ -252,8 +265,7 @@ std::size_t most_output_bytes(const Slabs& s, const Pyramids& pyramids) {
 std::int64_t slab_end(const Slabs& s, const Pyramids& pyramids, std::int64_t z) {
     const InsideBits& bits = s.window.bits();
     const auto bytes_until = [&](std::int64_t end) {
-        return static_cast<std::size_t>(end - z + s.halo) * s.window.bytes_per_slice() +
-               output_bytes(s, SlabOutput(bits, pyramids, z, end));
+        return s.window_bytes(end - z) + output_bytes(s, SlabOutput(bits, pyramids, z, end));
     };
     std::int64_t end = z + 1;
     while (end < bits.nz && end - z < s.most_slices && bytes_until(end + 1) <= s.memory) ++end;
@@ -263,9 +275,13 @@ std::int64_t slab_end(const Slabs& s, const Pyramids& pyramids, std::int64_t z) 
 // The whole surface's arrays, of which only the current slab's part takes memory.
 struct SurfaceMemory {
     SurfaceMemory(const Pyramids& pyramids, bool with_normals, bool huge_pages)
-        : points(pyramids.points.total(), huge_pages),
-          normals(with_normals ? pyramids.points.total() : 0, huge_pages),
-          triangles(pyramids.triangles.total(), huge_pages) {}
+        : points(pyramids.points.total()),
+          normals(with_normals ? pyramids.points.total() : 0),
+          triangles(pyramids.triangles.total()) {
+        points.use_huge_pages(huge_pages);
+        normals.use_huge_pages(huge_pages);
+        triangles.use_huge_pages(huge_pages);
+    }
 
     SparseArray<Vec3f> points, normals;
     SparseArray<Triangle> triangles;
@@ -354,7 +370,7 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
             Slabs slabs(source, sample_isovalue, sink, limits, options);
             const Pyramids pyramids = count(slabs);
             check_point_count(pyramids.points.total());
-            slabs.check_memory(most_output_bytes(slabs, pyramids));
+            slabs.divide_memory(most_output_bytes(slabs, pyramids));
             sink.begin(pyramids.points.total(), pyramids.triangles.total(), options.normals);
             emit(slabs, pyramids, sink);
             if (stats != nullptr) stats->non_finite_samples = slabs.window.non_finite_samples();

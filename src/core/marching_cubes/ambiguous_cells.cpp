@@ -153,7 +153,7 @@ void AmbiguousCells::decide(CandidateCells& candidates) {
 
 void AmbiguousCells::forget(std::int64_t slice) {
     Slice& kept = slices_[static_cast<std::size_t>(slice)];
-    kept.cells = {};
+    kept.cells = Buffer<AmbiguousCell>();  // `= {}` would keep the memory
     kept.rows.shrink_to_fit();
 }
 

@@ -116,7 +116,7 @@ std::vector<std::vector<SurfaceCounts>> counts_of(const SurfaceNet& net) {
 Buffer<Vec3f> positions_before_relaxation(SurfaceNet& net, std::vector<std::vector<SurfaceCounts>> counts,
                                           const IndexToPhysical& to_physical, LabelIndex background,
                                           const Progress& progress) {
-    net.points = {};
+    net.points = Buffer<NetPoint>();  // `= {}` would keep the memory
     for (std::size_t s = 0; s < counts.size(); ++s) net.slabs[s].counts = std::move(counts[s]);
     return net_positions(make_label_meshes(net, to_physical, background, progress), net.point_count());
 }
