@@ -111,6 +111,8 @@ struct PartNumbers {
     std::vector<std::uint32_t> points;
     std::vector<std::uint64_t> triangles;  ///< for each row the number of the first triangle
     bool topology = false;                 ///< as IsosurfaceOptions::topology
+    /// Of the part's counts, by which extract_numbered_part() sees whether the samples are still the same.
+    std::uint64_t counts_hash = 0;
 };
 
 /// Numbers the points and triangles of parts, in the order of `parts`, which are all between two cuts across
@@ -146,7 +148,8 @@ struct NumberedPart {
     std::vector<NumberedRun> points, triangles;  ///< what the part owns
 };
 
-/// Extracts the surface of a part that was numbered. \throw InputError `numbers` belong to another part
+/// Extracts the surface of a part that was numbered. \throw InputError `numbers` belong to another part, or
+/// the samples have changed since they were counted, so that the part has other points or triangles
 MARROW_EXPORT NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& numbers,
                                                  double isovalue, const IsosurfaceOptions& options = {});
 

@@ -66,7 +66,8 @@ struct SlabLimits {
 /// it gets the first part. Points, normals and triangles are byte for byte those of extract_isosurface.
 /// `options.snap` must be 0. Of `stats`, only the number of samples that are not finite is set.
 ///
-/// \throw InputError as extract_isosurface, or a function of the source or the sink is missing; LimitError as
+/// \throw InputError as extract_isosurface, or a function of the source or the sink is missing, or samples
+/// changed between the two readings, so that the surface has other points or triangles; LimitError as
 /// extract_isosurface, or limits.memory is too little; Cancelled
 MARROW_EXPORT void extract_isosurface_in_slabs(const SliceSource& source, double isovalue,
                                                const SurfaceSink& sink, const SlabLimits& limits,

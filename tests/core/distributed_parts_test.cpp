@@ -467,6 +467,30 @@ TEST(DistributedPartsTest, RefusesWhatCannotGiveTheBytesOfTheWhole) {
                  InputError);
 }
 
+// Between counting and extraction.
+TEST(DistributedPartsTest, RefuseSamplesThatChanged) {
+    const Volume volume = checkerboard(16);
+    const Index dims{16, 16, 16};
+    for (const bool topology : {false, true}) {
+        const IsosurfaceOptions options{.topology = topology};
+        std::vector<PartCounts> counts;
+        for (const std::int64_t x : {0, 7})
+            counts.push_back(
+                count_part(part_of(volume, {x, 0, 0}, {x == 0 ? 8 : 9, 16, 16}), dims, 0.5, options));
+        const std::vector<PartNumbers> numbers = number_parts(counts);
+        Volume changed = checkerboard(16);
+        std::uint8_t& sample = changed.samples<std::uint8_t>()[(9 * 16 + 5) * 16 + 12];
+        sample = sample == 0 ? 1 : 0;
+        EXPECT_NO_THROW(
+            extract_numbered_part(part_of(changed, {0, 0, 0}, {8, 16, 16}), numbers[0], 0.5, options));
+        EXPECT_NO_THROW(
+            extract_numbered_part(part_of(volume, {7, 0, 0}, {9, 16, 16}), numbers[1], 0.5, options));
+        EXPECT_THROW(
+            extract_numbered_part(part_of(changed, {7, 0, 0}, {9, 16, 16}), numbers[1], 0.5, options),
+            InputError);
+    }
+}
+
 TEST(DistributedPartsTest, CanBeCancelled) {
     const Volume volume = checkerboard(30);
     const IsosurfaceOptions options{.progress = [](double fraction) { return fraction < 0.3; }};

@@ -178,6 +178,52 @@ TEST(Streaming, MoreMemoryIsNeverRefusedAndTheStatedMinimumSuffices) {
     }
 }
 
+// All of the samples, or a single one.
+TEST(Streaming, RefusesSamplesThatChangeBetweenTheReadings) {
+    const Volume first = checkerboard(24);
+    const auto read_then = [&](const Volume& second) {
+        SliceSource source = source_of(first);
+        int readings = 0;
+        source.read = [&, readings](std::int64_t begin, std::int64_t end, void* samples) mutable {
+            readings += begin == 0;
+            source_of(readings == 1 ? first : second).read(begin, end, samples);
+        };
+        return source;
+    };
+    for (const bool topology : {false, true}) {
+        const IsosurfaceOptions options{.topology = topology};
+        const SurfaceSink sink{[](auto, auto, auto) {}, [](const SurfacePart&) {}};
+        Volume other = sampled<std::uint8_t>(grid(24, 24, 24), [](auto, auto, auto) { return 0; });
+        EXPECT_NO_THROW(extract_isosurface_in_slabs(read_then(first), 0.5, sink, {.slices = 3}, options));
+        EXPECT_THROW(extract_isosurface_in_slabs(read_then(other), 0.5, sink, {.slices = 3}, options),
+                     InputError);
+        other = checkerboard(24);
+        std::uint8_t& last = other.samples<std::uint8_t>()[24 * 24 * 24 - 1];
+        last = last == 0 ? 1 : 0;
+        EXPECT_THROW(extract_isosurface_in_slabs(read_then(other), 0.5, sink, {.slices = 3}, options),
+                     InputError);
+    }
+}
+
+// The samples stay on their sides of the isovalue, and decide the cells otherwise.
+TEST(Streaming, RefusesSamplesThatDecideTheTopologyOtherwise) {
+    const Volume volume = checkerboard(12);
+    SliceSource source = source_of(volume);
+    int readings = 0;
+    source.read = [&](std::int64_t begin, std::int64_t end, void* samples) {
+        readings += begin == 0;
+        source_of(volume).read(begin, end, samples);
+        const std::span bytes(static_cast<std::uint8_t*>(samples),
+                              static_cast<std::size_t>(12 * 12 * (end - begin)));
+        for (std::uint8_t& sample : bytes) sample = sample != 0 ? readings == 1 ? 11 : 200 : 0;
+    };
+    const SurfaceSink sink{[](auto, auto, auto) {}, [](const SurfacePart&) {}};
+    EXPECT_NO_THROW(extract_isosurface_in_slabs(source, 10, sink, {.slices = 3}));
+    readings = 0;
+    EXPECT_THROW(extract_isosurface_in_slabs(source, 10, sink, {.slices = 3}, {.topology = true}),
+                 InputError);
+}
+
 TEST(Streaming, ForgottenCellsTakeNoMemory) {
     using namespace internal;
     const Volume volume = checkerboard(20);
@@ -192,6 +238,7 @@ TEST(Streaming, ForgottenCellsTakeNoMemory) {
     const std::size_t with_cells = cells.bytes();
     for (std::int64_t z = 0; z < bits.nz; ++z) cells.forget(z);
     EXPECT_LE(cells.bytes() + 19 * 19 * 19 * sizeof(AmbiguousCell), with_cells);
+    EXPECT_TRUE(cells.find_again(3, active));
 }
 
 // The pages before an element that are in memory.

@@ -16,7 +16,7 @@ _MeshArrays = tuple[Any, Any, Any]  # points, triangles, normals or None
 _PlacedArray = tuple[Any, Any, Any, Any, tuple[float, float]]  # array, spacing, origin, direction, rescale
 _PartSurface = tuple[Any, Any, Any, Any, Any, bool]  # extent, points, triangles, normals or None, keys, topology
 _PartCounts = tuple[Any, Any, Any, bool]  # extent, points, triangles by row, topology
-_PartNumbers = tuple[Any, Any, Any, bool]  # extent, points, triangles by row, topology
+_PartNumbers = tuple[Any, Any, Any, bool, int]  # extent, points, triangles by row, topology, hash of the counts
 _SharedFile = tuple[Any, ...]
 _LabelPart = tuple[Any, ...]  # whole, first, dims, net_keys, positions, positions before relaxation, surfaces
 

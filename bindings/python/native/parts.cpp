@@ -121,14 +121,14 @@ std::vector<PartCounts> to_counts(const py::list& list) {
 
 py::tuple as_tuple(PartNumbers&& numbers) {
     return py::make_tuple(as_tuple(numbers.extent), to_array(std::move(numbers.points)),
-                          to_array(std::move(numbers.triangles)), numbers.topology);
+                          to_array(std::move(numbers.triangles)), numbers.topology, numbers.counts_hash);
 }
 
 PartNumbers to_numbers(const py::handle& numbers) {
-    const auto [extent, points, triangles, topology] =
-        numbers.cast<std::tuple<py::object, py::object, py::object, bool>>();
+    const auto [extent, points, triangles, topology, counts_hash] =
+        numbers.cast<std::tuple<py::object, py::object, py::object, bool, std::uint64_t>>();
     return {to_extent(extent), to_vector<std::vector<std::uint32_t>>(points),
-            to_vector<std::vector<std::uint64_t>>(triangles), topology};
+            to_vector<std::vector<std::uint64_t>>(triangles), topology, counts_hash};
 }
 
 PartSurface to_surface(const py::handle& part) {
@@ -195,8 +195,8 @@ py::list python_number_parts(const py::list& parts, const py::list& next, std::u
 
 // What another process needs to know of a file that is written by several.
 py::tuple as_tuple(const SharedSurfaceFile& file) {
-    return py::make_tuple(file.temporary.string(), file.format == MeshFormat::stl,
-                          static_cast<int>(file.space), file.normals, file.size.points, file.size.triangles);
+    return py::make_tuple(file.temporary.string(), file.format == MeshFormat::stl, static_cast<int>(file.space),
+                          file.normals, file.size.points, file.size.triangles);
 }
 
 SharedSurfaceFile to_file(const py::tuple& file) {

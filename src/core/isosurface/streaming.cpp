@@ -6,6 +6,7 @@
 #include <atomic>
 #include <new>
 #include <optional>
+#include <vector>
 
 #include "base/parallel.h"
 #include "core/grid/shares.h"
@@ -14,6 +15,7 @@
 #include "core/marching_cubes/count.h"
 #include "core/marching_cubes/emit.h"
 #include "core/volume/checks.h"
+#include "core/volume/second_reading.h"
 #include "core/volume/sparse_array.h"
 
 namespace marrow {
@@ -35,7 +37,8 @@ class Window {
           samples_(slice_bytes_ * static_cast<std::size_t>(source.geometry.dims[2])),
           bit_memory_(InsideBits(source.geometry.dims, ClosedSides::all(closed), nullptr).word_count() +
                       InsideBits::kSlack),
-          bits_(source.geometry.dims, ClosedSides::all(closed), bit_memory_.data()) {
+          bits_(source.geometry.dims, ClosedSides::all(closed), bit_memory_.data()),
+          hashes_(static_cast<std::size_t>(bits_.nz)) {
         volume_.geometry = source.geometry;
         volume_.type = source.type;
         volume_.data = samples_.data();
@@ -53,11 +56,12 @@ class Window {
         bit_memory_.use_huge_pages(huge);
     }
 
-    // Begins again with the first slice.
+    // Begins again with the first slice. Now the slices must have the bits that they had before.
     void rewind() {
         release(bits_.nz);
         read_ = classified_ = released_ = released_bits_ = 0;
         non_finite_ = 0;
+        is_second_reading_ = true;
     }
 
     // Reads and classifies all slices before `end` that were not read yet, and reads the samples of `ahead`
@@ -76,6 +80,7 @@ class Window {
         std::atomic<std::int64_t> non_finite = 0;
         parallel_for(classified_, std::max(classified_, bits_end), [&](std::int64_t z) {
             non_finite += classify_slice(volume_, isovalue_, z, bits_, nullptr);
+            check_unchanged(z);
         });
         non_finite_ += non_finite;
         classified_ = std::max(classified_, bits_end);
@@ -97,6 +102,14 @@ class Window {
   private:
     std::size_t words_per_slice() const { return bits_.row_index(0, 1) * bits_.words_per_row; }
 
+    // The counts of the first reading are those of the second one only if the bits are.
+    void check_unchanged(std::int64_t z) {
+        const std::uint64_t hash = hash_of({bits_.row(bits_.row_index(0, z)), words_per_slice()});
+        std::uint64_t& before = hashes_[static_cast<std::size_t>(z)];
+        if (!is_second_reading_) before = hash;
+        if (hash != before) throw_samples_changed();
+    }
+
     const SliceSource& source_;
     const double isovalue_;
     const std::size_t slice_samples_, slice_bytes_;
@@ -104,12 +117,14 @@ class Window {
     SparseArray<std::byte> samples_;
     SparseArray<std::uint64_t> bit_memory_;
     InsideBits bits_;
+    std::vector<std::uint64_t> hashes_;  // of each slice's bits
     VolumeView volume_;
     // In memory are the samples of the volume's slices from released_ to read_, and the bits of the grid's
     // slices from released_bits_ to classified_.
     std::int64_t read_ = 0, released_ = 0;
     std::int64_t classified_ = 0, released_bits_ = 0;
     std::int64_t non_finite_ = 0;
+    bool is_second_reading_ = false;
 };
 
 // Everything that the passes share.
@@ -332,7 +347,9 @@ void emit(Slabs& s, const Pyramids& pyramids, const SurfaceSink& sink) {
         const auto for_slices_with_points = [&](const auto& f) {
             if (s.ambiguous) parallel_for(z, std::min(end + 1, bits.nz), f);
         };
-        for_slices_with_points([&](std::int64_t slice) { s.ambiguous->find_again(slice, s.active); });
+        for_slices_with_points([&](std::int64_t slice) {
+            if (!s.ambiguous->find_again(slice, s.active)) throw_samples_changed();
+        });
         emit(input, slab, normals, memory);
         for_slices_with_points([&](std::int64_t slice) { s.ambiguous->forget(slice); });
         hand_over(slab, normals, memory, sink);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <type_traits>
+#include <utility>
 
 #include "candidate_cells.h"
 #include "core/volume/rows.h"
@@ -133,11 +134,14 @@ void AmbiguousCells::count(std::int64_t slice, RowCounts& counts, ActiveWords& a
     decide(candidates);
 }
 
-void AmbiguousCells::find_again(std::int64_t slice, const ActiveWords& active) {
+bool AmbiguousCells::find_again(std::int64_t slice, const ActiveWords& active) {
     CandidateCells& candidates = candidates_.local();
     candidates.slice = slice;
     candidates.find_words(bits_, active);
+    std::vector<AmbiguousRow>& rows = slices_[static_cast<std::size_t>(slice)].rows;
+    const std::vector<AmbiguousRow> before = std::move(rows);
     decide(candidates);
+    return rows == before;
 }
 
 void AmbiguousCells::decide(CandidateCells& candidates) {

@@ -45,6 +45,8 @@ struct AmbiguousRow {
     /// How many triangles the samples add to those that the bits alone give
     /// (modulo 2^32, as there may be fewer).
     std::uint32_t more_triangles;
+
+    friend bool operator==(const AmbiguousRow&, const AmbiguousRow&) = default;
 };
 
 class AmbiguousCells {
@@ -65,8 +67,9 @@ class AmbiguousCells {
 
     /// Frees the memory of a slice's cells until find_again(). Its rows stay.
     void forget(std::int64_t slice);
-    /// Finds the cells of a slice that were forgotten. `active` is that of count().
-    void find_again(std::int64_t slice, const ActiveWords& active);
+    /// Finds the cells of a slice that were forgotten. `active` is that of count(). Returns whether its rows
+    /// are the same as before, as they are unless the samples changed.
+    bool find_again(std::int64_t slice, const ActiveWords& active);
 
     /// Writes the inner points of a row's cells, in the order of x, and their normals unless these are null.
     void emit_points(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,

@@ -15,6 +15,7 @@
 #include "base/progress.h"
 #include "core/volume/checks.h"
 #include "core/volume/enlarged.h"
+#include "core/volume/second_reading.h"
 #include "part_passes.h"
 
 namespace marrow {
@@ -88,7 +89,7 @@ class RowNumbers {
     std::vector<PartNumbers> number() {
         std::vector<PartNumbers> numbers(parts_.size());
         for_each_column([&](const Column& column) {
-            for (const std::size_t p : column.parts) numbers[p] = numbers_of(parts_[p].extent);
+            for (const std::size_t p : column.parts) numbers[p] = numbers_of(parts_[p]);
             for (const PartCounts* counts : column.all) add(*counts);
         });
         return numbers;
@@ -191,8 +192,12 @@ class RowNumbers {
         }
     }
 
-    PartNumbers numbers_of(const PartExtent& extent) const {
+    PartNumbers numbers_of(const PartCounts& counts) const {
+        const PartExtent& extent = counts.extent;
         PartNumbers numbers{extent, {}, {}, topology_};
+        for (const std::uint32_t n : counts.points) numbers.counts_hash = add_to_hash(numbers.counts_hash, n);
+        for (const std::uint32_t n : counts.triangles)
+            numbers.counts_hash = add_to_hash(numbers.counts_hash, n);
         numbers.points.reserve(groups_ * size(extent.dims[1] * extent.dims[2]));
         numbers.triangles.reserve(size(extent.dims[1] * extent.dims[2]));
         for (std::int64_t z = 0; z < extent.dims[2]; ++z) {
@@ -251,21 +256,26 @@ void for_each_row(const InsideBits& bits, const PartExtent& extent, const CellsB
     }
 }
 
-void number_points(const PartPasses& passes, const PartNumbers& numbers, const CellsBefore& before,
-                   NumberedPart& part) {
+// Returns the hash of the counts of the points that the part owns.
+std::uint64_t number_points(const PartPasses& passes, const PartNumbers& numbers, const CellsBefore& before,
+                            NumberedPart& part) {
     const PartExtent& extent = numbers.extent;
     part.numbers.assign(part.mesh.points.size(), NumberedPart::kNoNumber);
     const std::size_t groups = point_group_count(numbers.topology);
     AmbiguousRows ambiguous(passes.ambiguous(), 0);
     std::size_t point = 0;
+    std::uint64_t hash = 0;
     for_each_row(
         passes.bits(), extent, before, [&](std::size_t r, std::size_t row, std::int64_t y, std::int64_t z) {
-            if (passes.rows().points[r] == 0) return;
             if (y < 0 || z < 0) {
                 point += passes.rows().points[r];
                 return;
             }
             const bool owns_row = y < extent.owned(1) && z < extent.owned(2);
+            if (passes.rows().points[r] == 0) {
+                for (std::size_t group = 0; owns_row && group < groups; ++group) hash = add_to_hash(hash, 0);
+                return;
+            }
             const PointGroups counts = passes.points_of_row(r), owned = owned_points(passes, extent, r);
             PointGroups skipped{};
             if (before[0] > 0) {
@@ -278,20 +288,26 @@ void number_points(const PartPasses& passes, const PartNumbers& numbers, const C
                 point += counts[group];
                 std::iota(part.numbers.begin() + static_cast<std::ptrdiff_t>(begin),
                           part.numbers.begin() + static_cast<std::ptrdiff_t>(point), first);
-                if (owns_row) append(part.points, {first, begin, owned[group] - skipped[group]});
+                if (!owns_row) continue;
+                const std::uint32_t count = owned[group] - skipped[group];
+                append(part.points, {first, begin, count});
+                hash = add_to_hash(hash, count);
             }
         });
+    return hash;
 }
 
-void number_triangles(const PartPasses& passes, const PartNumbers& numbers, const CellsBefore& before,
-                      NumberedPart& part) {
+// Adds the counts of the triangles to a hash.
+std::uint64_t number_triangles(const PartPasses& passes, const PartNumbers& numbers,
+                               const CellsBefore& before, NumberedPart& part, std::uint64_t hash) {
+    const PartExtent& extent = numbers.extent;
     // The triangles of a cell before the part have a point that begins before it, and so has no number.
     const auto is_before = [&](const Triangle& t) {
         return std::any_of(t.begin(), t.end(),
                            [&](std::uint32_t p) { return part.numbers[p] == NumberedPart::kNoNumber; });
     };
     std::size_t triangle = 0;
-    for_each_row(passes.bits(), numbers.extent, before,
+    for_each_row(passes.bits(), extent, before,
                  [&](std::size_t r, std::size_t row, std::int64_t y, std::int64_t z) {
                      std::size_t begin = triangle;
                      triangle += passes.rows().triangles[r];
@@ -299,7 +315,10 @@ void number_triangles(const PartPasses& passes, const PartNumbers& numbers, cons
                      while (before[0] > 0 && begin < triangle && is_before(part.mesh.triangles[begin]))
                          ++begin;
                      append(part.triangles, {numbers.triangles[row], begin, triangle - begin});
+                     if (y < extent.owned(1) && z < extent.owned(2))
+                         hash = add_to_hash(hash, triangle - begin);
                  });
+    return hash;
 }
 
 }  // namespace
@@ -382,8 +401,9 @@ NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& nu
             const VolumeView view = enlarged(part, before, {});
             const PartPasses passes(view, with_cells_before(extent, before), sample_isovalue, options);
             result.mesh = passes.emit();
-            number_points(passes, numbers, before, result);
-            number_triangles(passes, numbers, before, result);
+            const std::uint64_t hash = number_points(passes, numbers, before, result);
+            if (number_triangles(passes, numbers, before, result, hash) != numbers.counts_hash)
+                throw_samples_changed();
         });
     } catch (const std::bad_alloc&) {
         throw_out_of_memory(part.geometry);
