@@ -15,7 +15,7 @@
 /// the border of the whole, not between parts. `options.snap` must be 0. All throw InputError as
 /// extract_isosurface, for a view that leaves the whole, for a missing sample for normals, and for parts of
 /// which some have exact topology and some have not; LimitError not enough memory, or keys that do not fit in
-/// 64 bits; Cancelled.
+/// 64 bits; Cancelled, except number_parts() and first_slice(), which report no progress.
 #pragma once
 
 #include <array>
@@ -73,7 +73,8 @@ MARROW_EXPORT PartSurface extract_part(const VolumeView& part, const std::array<
 /// Merges the surfaces of parts, in any order, which together have all cells of a volume, each once: the
 /// bytes of extract_isosurface. Points are equal if their keys are; coordinates are not compared. \pre
 /// extract_part() made the parts. \throw InputError parts of different volumes, some with and some without
-/// normals, or with a common cell; LimitError more than 2^32 - 1 points, or not enough memory; Cancelled
+/// normals, or that lack a cell or have one twice; LimitError more than 2^32 - 1 points, or not enough
+/// memory; Cancelled
 MARROW_EXPORT Mesh merge_parts(std::span<const PartSurface> parts, const Progress& progress = {});
 
 /// Numbers of points and triangles.

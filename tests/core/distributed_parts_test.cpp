@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include <marrow/error.h>
@@ -444,6 +445,7 @@ TEST(DistributedPartsTest, RefusesWhatCannotGiveTheBytesOfTheWhole) {
                                          extract_part(next, whole, 0.5, {.topology = true})}),
                  InputError);
     EXPECT_TRUE(merge_parts({}).points.empty());
+    EXPECT_THROW(merge_parts(std::vector{extract_part(next, whole, 0.5)}), InputError);  // a part is missing
 
     const Index huge{1 << 29, 1 << 20, 1 << 13};
     const VolumeView corner = part_of(volume, {0, 0, 0}, {4, 8, 8});
@@ -491,11 +493,22 @@ TEST(DistributedPartsTest, RefuseSamplesThatChanged) {
     }
 }
 
+TEST(DistributedPartsTest, AChunkCanBeLargerThanTheVolume) {
+    const Volume volume = checkerboard(8);
+    constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+    EXPECT_EQ(
+        chunks_without_surface(part_of(volume, {2, 2, 2}, {4, 4, 4}), {8, 8, 8}, {kMost, 4, kMost}, 0.5),
+        (std::vector<std::uint8_t>{0, 0}));
+    EXPECT_EQ(chunks_without_surface(part_of(volume, {2, 2, 2}, {4, 4, 4}), {8, 8, 8}, {kMost, 4, kMost}, 2),
+              (std::vector<std::uint8_t>{1, 1}));
+}
+
 TEST(DistributedPartsTest, CanBeCancelled) {
     const Volume volume = checkerboard(30);
     const IsosurfaceOptions options{.progress = [](double fraction) { return fraction < 0.3; }};
     EXPECT_THROW(extract_part(volume, {30, 30, 30}, 0.5, options), Cancelled);
     EXPECT_THROW(count_part(volume, {30, 30, 30}, 0.5, options), Cancelled);
+    EXPECT_THROW(chunks_without_surface(volume, {30, 30, 30}, {8, 8, 8}, 0.5, options), Cancelled);
     const std::vector parts{extract_part(volume, {30, 30, 30}, 0.5)};
     EXPECT_THROW(merge_parts(parts, options.progress), Cancelled);
 }

@@ -29,7 +29,7 @@ constexpr std::int64_t kReach = 2;
 class Chunks {
   public:
     Chunks(std::int64_t first, std::int64_t samples, std::int64_t chunk)
-        : first_(first), samples_(samples), chunk_(chunk), begin_(first / chunk) {}
+        : first_(first), samples_(samples), chunk_(std::min(chunk, kMost)), begin_(first / chunk_) {}
 
     std::int64_t count() const { return (first_ + samples_ - 1) / chunk_ + 1 - begin_; }
     // The samples of the view, counted in it, that decide about chunk c.
@@ -45,6 +45,8 @@ class Chunks {
     }
 
   private:
+    static constexpr std::int64_t kMost = std::int64_t{1} << 40;  // more samples than any axis has
+
     const std::int64_t first_, samples_, chunk_, begin_;
 };
 
@@ -90,8 +92,11 @@ std::vector<std::uint8_t> chunks_without_surface(const VolumeView& part,
         std::vector<std::uint8_t> result(static_cast<std::size_t>(nx * ny * along_z.count()));
         with_threads(options.threads, [&] {
             InsideBits bits(dims, ClosedSides{});
-            parallel_for(std::int64_t{0}, bits.nz,
-                         [&](std::int64_t z) { classify_slice(view, sample_isovalue, z, bits, nullptr); });
+            Stage stage(options.progress, 0, 1, static_cast<std::size_t>(bits.nz + ny * along_z.count()));
+            parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t z) {
+                classify_slice(view, sample_isovalue, z, bits, nullptr);
+                stage.step();
+            });
             parallel_for(std::int64_t{0}, ny * along_z.count(), [&](std::int64_t column) {
                 const std::int64_t cy = column % ny, cz = column / ny;
                 std::vector<std::uint64_t> any(bits.words_per_row, 0),
@@ -111,6 +116,7 @@ std::vector<std::uint8_t> chunks_without_surface(const VolumeView& part,
                                                               along_z.touches_border(cz, whole[2]));
                     result[static_cast<std::size_t>(column * nx + cx)] = inside && !(*inside && is_closed);
                 }
+                stage.step();
             });
         });
         return result;

@@ -140,15 +140,23 @@ std::uint64_t sum_before(std::vector<std::uint64_t>& counts) {
     return sum;
 }
 
+std::uint64_t cells_of(const std::array<std::int64_t, 3>& samples) {
+    std::uint64_t cells = 1;
+    for (const std::int64_t n : samples) cells *= static_cast<std::uint64_t>(n - 1);
+    return cells;
+}
+
 void check(std::span<const PartSurface> parts) {
     const auto has_normals = [](const PartSurface& part) { return !part.mesh.normals.empty(); };
     const PartSurface* first = nullptr;  // that has points, so that it shows whether there are normals
+    std::uint64_t cells = 0;
     for (const PartSurface& part : parts) {
         if (part.extent.whole != parts.front().extent.whole)
             throw InputError(
                 "the parts are of different volumes, or only some are closed; extract all parts of one "
                 "volume alike");
         if (part.topology != parts.front().topology) throw_mixed_topology();
+        cells += cells_of(part.extent.dims);
         const std::size_t points = part.mesh.points.size();
         if (part.keys.size() != points || (has_normals(part) && part.mesh.normals.size() != points))
             throw InputError("a part does not have one key for each point, and as many normals or none");
@@ -157,6 +165,10 @@ void check(std::span<const PartSurface> parts) {
         if (has_normals(part) != has_normals(*first))
             throw InputError("some parts have normals, and some have none");
     }
+    if (cells != cells_of(parts.front().extent.whole))
+        throw InputError(
+            "the parts do not have each cell of the volume once; cut it into parts that share no cells, and "
+            "merge all of them");
 }
 
 class Merger {

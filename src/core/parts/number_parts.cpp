@@ -337,10 +337,10 @@ PartCounts count_part(const VolumeView& part, const std::array<std::int64_t, 3>&
     const PartExtent& extent = counts.extent;
     const std::size_t rows = size(extent.owned(1) * extent.owned(2));
     const std::size_t groups = point_group_count(options.topology);
-    counts.points.resize(groups * rows);
-    counts.triangles.resize(rows);
-    if (!has_cells(extent)) return counts;
     try {
+        counts.points.resize(groups * rows);
+        counts.triangles.resize(rows);
+        if (!has_cells(extent)) return counts;
         with_threads(options.threads, [&] {
             const PartPasses passes(part, extent, sample_isovalue, options);
             std::size_t to = 0;
@@ -362,12 +362,16 @@ PartCounts count_part(const VolumeView& part, const std::array<std::int64_t, 3>&
 }
 
 PartCounts first_slice(const PartCounts& counts) {
-    PartCounts slice = counts;
-    slice.extent.dims[2] = std::min<std::int64_t>(slice.extent.dims[2], 2);  // of which it owns the first
-    const std::size_t rows = size(slice.extent.owned(1) * slice.extent.owned(2));
-    slice.points.resize(point_group_count(slice.topology) * rows);
-    slice.triangles.resize(rows);
-    return slice;
+    PartExtent extent = counts.extent;
+    extent.dims[2] = std::min<std::int64_t>(extent.dims[2], 2);  // of which it owns the first
+    const std::size_t rows = size(extent.owned(1) * extent.owned(2));
+    // As a copy that is cut would keep the memory of all slices.
+    const auto first = [](const std::vector<std::uint32_t>& all, std::size_t n) {
+        return std::vector<std::uint32_t>(all.begin(),
+                                          all.begin() + static_cast<std::ptrdiff_t>(std::min(n, all.size())));
+    };
+    return {extent, first(counts.points, point_group_count(counts.topology) * rows),
+            first(counts.triangles, rows), counts.topology};
 }
 
 std::vector<PartNumbers> number_parts(std::span<const PartCounts> parts, std::span<const PartCounts> next,
