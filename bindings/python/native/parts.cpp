@@ -195,7 +195,7 @@ py::list python_number_parts(const py::list& parts, const py::list& next, std::u
 
 // What another process needs to know of a file that is written by several.
 py::tuple as_tuple(const SharedSurfaceFile& file) {
-    return py::make_tuple(file.temporary.string(), file.format == MeshFormat::stl, static_cast<int>(file.space),
+    return py::make_tuple(file.temporary, file.format == MeshFormat::stl, static_cast<int>(file.space),
                           file.normals, file.size.points, file.size.triangles);
 }
 
