@@ -97,6 +97,10 @@ class Measurer {
 
     /// Returns whether the scan could be opened.
     bool load(const std::filesystem::path& input, const ScanOptions& options);
+    /// Whether the samples differ, so that surfaces follow the isovalue.
+    bool can_move_isovalue() const {
+        return session_.scan()->histogram.lower < session_.scan()->histogram.upper;
+    }
     /// Moves by a few values at a time, 16 ms apart, with a pause after every twelve moves.
     Times move_isovalue(double start);
     void move_undrawn_and_drawn();
@@ -238,8 +242,13 @@ int measure_viewer(MainWindow& window, const std::filesystem::path& input, const
     pause(500);  // the first frame includes one-time work
     Measurer measurer(window);
     if (!measurer.load(input, options)) {
-        std::cerr << "marrow-viewer: " << window.banner().toStdString() << '\n';
+        const std::string why = window.banner().toStdString();
+        std::cerr << "marrow: " << (why.empty() ? "choose one of several series with --series" : why) << '\n';
         return 3;
+    }
+    if (!measurer.can_move_isovalue()) {
+        std::cerr << "marrow: all samples are equal, so the isovalue cannot move\n";
+        return 2;
     }
     measurer.move_undrawn_and_drawn();
     measurer.export_mesh();
