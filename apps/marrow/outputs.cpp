@@ -2,6 +2,7 @@
 #include "outputs.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -18,25 +19,34 @@ namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
+std::string lower_case(std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+}
+
 // Meshes in the folder of a scan may be overwritten. Pictures, tables and DICOM files there may belong to the
-// scan, and so may DICOM files and metadata of Zarr in folders below it.
+// scan, and so may DICOM files and metadata of Zarr in folders below it. Files are compared, not their paths,
+// because links in either place lead to the same file.
 bool is_of_scan(const fs::path& file, const fs::path& input) {
     std::error_code ignored;
     if (!fs::is_directory(input, ignored)) return fs::equivalent(file, input, ignored);
     if (!fs::exists(file, ignored)) return false;
-    const std::string extension = file.extension().string();
+    const std::string extension = lower_case(file.extension().string());
     const bool may_belong_below = extension == ".dcm" || file.filename() == "zarr.json";
-    const bool may_belong = may_belong_below || extension == ".png" || extension == ".csv" ||
-                            extension == ".json" || extension == ".svg";
-    // A link belongs to the folder that it is in.
-    const fs::path folder = fs::canonical(fs::absolute(file, ignored).parent_path(), ignored),
-                   from_scan = folder.lexically_relative(fs::canonical(input, ignored));
-    if (from_scan == ".") return may_belong;
-    return may_belong_below && !from_scan.empty() && *from_scan.begin() != "..";
+    if (!may_belong_below && extension != ".png" && extension != ".csv" && extension != ".json" &&
+        extension != ".svg")
+        return false;
+    constexpr auto kOptions = fs::directory_options::skip_permission_denied;
+    for (fs::recursive_directory_iterator entry(input, kOptions, ignored), end; entry != end;
+         entry.increment(ignored)) {
+        if (fs::equivalent(entry->path(), file, ignored)) return true;
+        if (!may_belong_below) entry.disable_recursion_pending();
+    }
+    return false;
 }
 
 [[noreturn]] void refuse_overwriting(const fs::path& file) {
-    throw UsageError(fmt::format("'{}' would overwrite the scan: give another output", file.string()));
+    throw UsageError(fmt::format("'{}' would overwrite the input: give another output", file.string()));
 }
 
 std::map<fs::path, std::vector<MeshObject>> objects_by_file(const std::vector<Surface>& surfaces) {

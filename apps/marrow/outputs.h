@@ -31,7 +31,7 @@ std::vector<std::filesystem::path> surface_files(const std::filesystem::path& ou
                                                  const std::vector<std::string>& names);
 
 /// Checks an output before the work starts. An empty path is no file.
-/// \throw IoError its folder does not exist; UsageError it would overwrite the scan `input` or a file of it
+/// \throw IoError its folder does not exist; UsageError it would overwrite `input` or a file of it
 void check_output(const std::filesystem::path& file, const std::filesystem::path& input);
 
 /// Checks that no surface would be written over a file that the scan was read from. \throw UsageError

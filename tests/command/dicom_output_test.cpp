@@ -65,12 +65,16 @@ TEST_F(DicomOutput, RefusesOptionsAndFilesThatDoNotFit) {
     expect_usage_error({in, "-o", out, "--isovalue", "1", "--space", "RAS"},
                        "--space does not go with .glb and .dcm");
     expect_usage_error({in, "-o", out, "--isovalue", "1", "--isovalue", "2"}, "can hold only one surface");
-    expect_usage_error({in, "-o", scan / "0.dcm", "--isovalue", "1"}, "would overwrite the scan");
+    expect_usage_error({in, "-o", scan / "0.dcm", "--isovalue", "1"}, "would overwrite the input");
     // A folder is searched with its folders, and a file stands for its series.
     expect_usage_error({folder.path(), "-o", scan / "0.dcm", "--isovalue", "102.5"},
-                       "would overwrite the scan");
+                       "would overwrite the input");
     expect_usage_error({scan / "1.dcm", "-o", scan / "0.dcm", "--isovalue", "102.5"},
-                       "would overwrite the scan");
+                       "would overwrite the input");
+    std::filesystem::copy_file(scan / "0.dcm", folder / "OTHER.DCM");
+    expect_usage_error({folder.path(), "-o", folder / "OTHER.DCM", "--isovalue", "102.5"},
+                       "would overwrite the input");
+    EXPECT_EQ(text(folder / "OTHER.DCM", DCM_Modality), "CT");
     EXPECT_EQ(text(scan / "0.dcm", DCM_Modality), "CT");
     EXPECT_FALSE(std::filesystem::exists(file));
 }

@@ -47,7 +47,7 @@ TEST_F(Mistake, NeverWritesOverTheScan) {
     for (const char* output : {"scan.stl", "link.stl"}) {
         const Outcome outcome = marrow_with({folder / "scan.stl", "-o", folder / output, "--type", "bone"});
         EXPECT_EQ(outcome.code, kUsage);
-        EXPECT_NE(outcome.err.find("would overwrite the scan"), outcome.err.npos) << outcome.err;
+        EXPECT_NE(outcome.err.find("would overwrite the input"), outcome.err.npos) << outcome.err;
         EXPECT_EQ(read_file(folder / "scan.stl"), before);
     }
 }
@@ -60,7 +60,12 @@ TEST_F(Mistake, NeverReplacesASliceByAPictureOrAScanByAPlot) {
                   .code,
               kUsage);
     EXPECT_EQ(read_file(folder / "stack" / "1.png"), "a slice");
-    // A link belongs to the folder that it is in, and what is in a folder below is no slice.
+    EXPECT_EQ(
+        marrow_with({"info", folder / "stack", "--spacing", "1,1,1", "--picture", folder / "stack" / "1.png"})
+            .code,
+        kUsage);
+    EXPECT_EQ(read_file(folder / "stack" / "1.png"), "a slice");
+    // A slice may be a link, and what is in a folder below is no slice.
     std::filesystem::create_directory(folder / "store");
     write_file(folder / "store" / "2.png", "a slice");
     std::filesystem::create_symlink("../store/2.png", folder / "stack" / "2.png");
@@ -69,8 +74,9 @@ TEST_F(Mistake, NeverReplacesASliceByAPictureOrAScanByAPlot) {
     const auto plot = [&](const std::filesystem::path& file) {
         return marrow_with({"sweep", folder / "stack", "--spacing", "1,1,1", "--plot", file}).err;
     };
-    EXPECT_NE(plot(folder / "stack" / "2.png").find("would overwrite the scan"), std::string::npos);
-    EXPECT_EQ(plot(folder / "stack" / "out" / "plot.png").find("would overwrite the scan"),
+    EXPECT_NE(plot(folder / "stack" / "2.png").find("would overwrite the input"), std::string::npos);
+    EXPECT_NE(plot(folder / "store" / "2.png").find("would overwrite the input"), std::string::npos);
+    EXPECT_EQ(plot(folder / "stack" / "out" / "plot.png").find("would overwrite the input"),
               std::string::npos);
     EXPECT_EQ(read_file(folder / "store" / "2.png"), "a slice");
     std::filesystem::copy_file(scan, folder / "scan.svg");

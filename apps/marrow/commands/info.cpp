@@ -15,6 +15,7 @@
 
 #include "info_report.h"
 #include "json_report.h"
+#include "outputs.h"
 #include "png.h"
 #include "progress_reporter.h"
 #include "shared/label_map.h"
@@ -124,6 +125,7 @@ ExitCode run(const InfoCommandOptions& options, const Console& console, const st
     if (!options.picture.empty() && options.headers)
         throw UsageError("--picture shows samples, which --headers leaves out: omit one of them");
     if (!options.picture.empty() && options.inputs.size() > 1) throw UsageError("--picture takes one INPUT");
+    check_output(options.picture, options.inputs.front());
     const ProgressReporter reporter(options.reporting, console, stop);
     std::vector<Finding> findings;
     ExitCode code = kOk;
