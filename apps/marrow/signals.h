@@ -7,7 +7,8 @@
 namespace marrow::apps {
 
 /// Becomes true on SIGINT and SIGTERM, and on SIGHUP, which comes when the terminal closes, unless `nohup`
-/// ignores it. A file that exceeds its size limit then causes an error, as a full disk does.
+/// ignores it. A file that exceeds its size limit, or a pipe that nobody reads, then causes an error, as a
+/// full disk does.
 inline const std::atomic<bool>& stopped_by_signals() {
     static std::atomic<bool> stop{false};
     static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
@@ -20,6 +21,7 @@ inline const std::atomic<bool>& stopped_by_signals() {
     sigaction(SIGHUP, nullptr, &before);
     if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
     std::signal(SIGXFSZ, SIG_IGN);
+    std::signal(SIGPIPE, SIG_IGN);
     return stop;
 }
 

@@ -52,15 +52,15 @@ struct Console {
     void warning(std::string_view text) const;
 };
 
-/// The console of this process. Colours are used on a terminal, unless NO_COLOR is set (see no-color.org) or
-/// TERM is "dumb".
+/// The console of this process. Call it before files are opened: standard streams that are closed become
+/// /dev/null. Colours are used on a terminal, unless NO_COLOR is set (see no-color.org) or TERM is "dumb".
 Console standard_console();
 
 /// The exit code of an error, as the comments at the codes say.
 ExitCode exit_code_of(const std::exception& error);
 
 /// Does the work and returns its exit code. Errors become one line on console.err, and then an argument of
-/// `on_error`.
+/// `on_error`. If a reader of standard output closes its pipe early, there is no such line.
 int exit_code_of(const Console& console, const std::function<ExitCode()>& work,
                  const std::function<void(const std::string& message, ExitCode)>& on_error = {});
 
