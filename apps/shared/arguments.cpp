@@ -125,9 +125,11 @@ std::vector<std::string> names_of_options(const CLI::App& app) {
     return names;
 }
 
+// Empty if the program has no commands; then "help" is none either.
 std::vector<std::string> names_of_commands(const CLI::App& program) {
-    std::vector<std::string> names{"help"};
+    std::vector<std::string> names;
     for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+    if (!names.empty()) names.emplace_back("help");
     return names;
 }
 
@@ -137,16 +139,16 @@ class WordCheck {
   public:
     explicit WordCheck(const CLI::App& program) : program_(program), app_(&program) {}
 
-    // \throw UsageError
-    void check(const std::vector<std::string>& words) {
+    // Returns the number of inputs; 0 if help is wanted instead. \throw UsageError
+    int check(const std::vector<std::string>& words) {
         if (std::any_of(words.begin(), words.end(), [](const std::string& word) {
                 return word == "-h" || word == "--help" || word == "--version";
             }))
-            return;  // help comes before mistakes
+            return 0;  // help comes before mistakes
         for (auto word = words.begin(); word != words.end(); ++word) {
             if (*word == "--") {
                 std::for_each(word + 1, words.end(), [&](const std::string& input) { add_input(input); });
-                return;
+                break;
             }
             if (!is_option(*word)) {
                 add_word(*word);
@@ -154,6 +156,8 @@ class WordCheck {
             }
             const std::string& name = *word;
             const CLI::Option& option = add_option(name);
+            if (option.get_items_expected_max() == 0 && name.find('=') != name.npos)
+                refuse(option_name(name) + " takes no value");
             if (option.get_items_expected_max() == 0 || has_value_attached(name)) continue;
             const bool has_next = word + 1 != words.end(), must_have = option.get_expected_min() > 0;
             if (must_have && !has_next) refuse(name + " needs a value");
@@ -161,6 +165,7 @@ class WordCheck {
                 refuse(fmt::format("{} needs a value, but {} follows", name, *(word + 1)));
             if (must_have || (has_next && !is_option(*(word + 1)))) ++word;
         }
+        return static_cast<int>(inputs_.size());
     }
 
   private:
@@ -224,7 +229,7 @@ class WordCheck {
 // "help info" means "info --help".
 std::vector<std::string> without_help_command(std::vector<std::string> words, const CLI::App& program) {
     const std::vector<std::string> commands = names_of_commands(program);
-    if (commands.size() == 1 || words.empty() || words[0] != "help") return words;
+    if (commands.empty() || words.empty() || words[0] != "help") return words;
     words.erase(words.begin());
     if (words.size() > 1) throw UsageError("help takes one command: marrow help [COMMAND]");
     if (!words.empty() && std::find(commands.begin(), commands.end(), words[0]) == commands.end())
@@ -245,6 +250,7 @@ struct Arguments::Command {
 
     std::unique_ptr<CLI::App> root;  // only of a program
     CLI::App* app = nullptr;
+    CLI::Option* inputs = nullptr;  // only of a command that takes several
     std::string group = kGeneralGroup;
     std::vector<Entry> entries;
     std::vector<std::unique_ptr<Arguments>> commands;
@@ -255,6 +261,11 @@ struct Arguments::Command {
         option->group(group)->type_size(1)->option_text(value.name);
         entries.push_back({option, std::move(value)});
         return option;
+    }
+
+    // Unless CLI11 knows the number of inputs, it takes '[a,b]' for the files a and b.
+    void expect(int count) const {
+        if (inputs && count > 0) inputs->expected(count)->allow_extra_args(false);
     }
 
     void store() const {
@@ -272,6 +283,7 @@ Arguments::Arguments(const std::string& name, const CommandHelp& help)
     : command_(std::make_unique<Command>()) {
     command_->root = std::make_unique<CLI::App>("", name);
     command_->app = command_->root.get();
+    command_->root->require_subcommand(0, 1);  // so that files may have the names of commands
     command_->app->set_help_flag("-h,--help", "Print this help and exit.");
     set_up(*command_->app, help);
     command_->app->set_version_flag("--version", "marrow " MARROW_VERSION, "Print the version and exit.")
@@ -323,16 +335,16 @@ void Arguments::add_inputs(const std::string& name, std::vector<fs::path>& to, c
         to.emplace_back(text);
         return true;
     };
-    command_->add(name, {name, "a file", store}, help)
-        ->expected(CLI::detail::expected_max_vector_size)
-        ->required()
-        ->option_text(" ");
+    command_->inputs = command_->add(name, {name, "a file", store}, help);
+    command_->inputs->expected(CLI::detail::expected_max_vector_size)->required()->option_text(" ");
 }
 
 bool Arguments::parse(int argc, const char* const* argv, std::ostream& out) {
     CLI::App& app = *command_->app;
     std::vector<std::string> words = without_help_command({argv + 1, argv + argc}, app);
-    WordCheck(app).check(words);
+    const int inputs = WordCheck(app).check(words);
+    command_->expect(inputs);
+    for (const auto& command : command_->commands) command->command_->expect(inputs);
     try {
         std::reverse(words.begin(), words.end());  // as CLI11 wants them
         app.parse(std::move(words));

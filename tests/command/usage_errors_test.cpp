@@ -184,6 +184,9 @@ TEST_F(Mistake, SuggestsOptionsAndCommands) {
         {{"distance", scan, "-o", "a.stl"},
          "'distance': there is no such command, and no such file or folder"},
         {{"sweep"}, "no scan is given: name a file or folder (see marrow sweep --help)"},
+        {{scan, "-o", "a.stl", "--isovalue", "0", "--open=maybe"},
+         "--open takes no value (see marrow --help)"},
+        {{"info", scan, "--json=true"}, "--json takes no value (see marrow info --help)"},
     };
     for (const auto& [command, message] : cases) {
         const Outcome outcome = marrow_with(command);
@@ -199,6 +202,25 @@ TEST_F(Mistake, NeverTakesAFileForAMistypedCommand) {
     const Outcome outcome = marrow_with({"inf", "-o", "a.stl", "--isovalue", "0"});
     std::filesystem::current_path(here);
     EXPECT_NE(outcome.code, kUsage) << outcome.err;
+}
+
+// CLI11 has meanings of its own for brackets, commas and the names of commands.
+TEST_F(Mistake, TakesEveryNameOfAFileAsItIs) {
+    const auto here = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path());
+    const std::vector<std::string> names{"[ball.nrrd]", "[a,b]", "a,b", "sweep", "help"};
+    for (const std::string& name : names) std::filesystem::copy_file("ball.nrrd", name);
+    std::vector<std::string> all{"info", "--json"};
+    all.insert(all.end(), names.begin(), names.end());
+    const auto json = nlohmann::json::parse(marrow_with(all).out);
+    ASSERT_EQ(json["inputs"].size(), names.size());
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        EXPECT_EQ(json["inputs"][i]["input"], names[i]);
+        EXPECT_EQ(json["inputs"][i]["series"][0]["description"], names[i]);
+        const Outcome mesh = marrow_with({"-o", "a.stl", "--isovalue", "0", "--", names[i]});
+        EXPECT_EQ(mesh.code, kOk) << mesh.err;
+    }
+    std::filesystem::current_path(here);
 }
 
 TEST_F(Mistake, SaysThatAMapOfLabelsNeedsLabels) {
