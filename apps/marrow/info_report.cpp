@@ -22,10 +22,11 @@ std::string axes_text(const Mat3d& direction, bool stated) {
                        stated ? "" : "; assumed");
 }
 
+// With all digits, so that --crop keeps the slices at the border. Adding 0.0 turns -0 into 0, here and below.
 std::string bounds_text(const Geometry& geometry) {
     const Box box = bounds(geometry);
-    return fmt::format("{:g},{:g},{:g},{:g},{:g},{:g} mm in LPS, as for --crop", box.lower[0], box.upper[0],
-                       box.lower[1], box.upper[1], box.lower[2], box.upper[2]);
+    return fmt::format("{},{},{},{},{},{} mm in LPS, as for --crop", box.lower[0] + 0.0, box.upper[0] + 0.0,
+                       box.lower[1] + 0.0, box.upper[1] + 0.0, box.lower[2] + 0.0, box.upper[2] + 0.0);
 }
 
 std::string unit_text(const SeriesReport& s, const SampleReport* samples) {
@@ -85,7 +86,6 @@ void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, 
     if (s.geometry) {
         const Vec3d& origin = s.geometry->origin;
         line("axes", axes_text(s.geometry->direction, s.oriented));
-        // + 0.0 turns -0 into 0
         line("origin",
              fmt::format("{:g},{:g},{:g} mm in LPS", origin[0] + 0.0, origin[1] + 0.0, origin[2] + 0.0));
         line("bounds", bounds_text(*s.geometry));

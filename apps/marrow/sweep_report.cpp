@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "decimal_text.h"
+
 namespace marrow::apps {
 namespace {
 
@@ -63,7 +65,11 @@ struct IsovalueAxis {
     double from, to;
     Ticks ticks;
 
-    double x(double isovalue) const { return kLeft + kWidth * (isovalue - from) / (to - from); }
+    double x(double isovalue) const {
+        // The differences of the largest numbers would overflow.
+        const double scale = std::isfinite(kWidth * (to - from)) ? 1 : 0x1p-12;
+        return kLeft + kWidth * (isovalue * scale - from * scale) / (to * scale - from * scale);
+    }
 };
 
 constexpr Rgb kDark = 0x333333, kGrey = 0x999999, kPlateau = 0xF2E3B3;
@@ -104,9 +110,10 @@ std::string sweep_csv(const std::vector<SweepSample>& sweep, const std::vector<P
     for (std::size_t i = 0; i < sweep.size(); ++i) {
         const SweepSample& s = sweep[i];
         const std::size_t plateau = plateau_of(i, plateaus);
-        const std::string shift = i > 0 ? fmt::format("{:.5f}", surface_shift(sweep[i - 1], s)) : "";
-        text += fmt::format("{},{:.3f},{:.3f},{},{},{},{}\n", s.isovalue, s.volume, s.area, s.components,
-                            s.triangles, shift, plateau > 0 ? fmt::format("{}", plateau) : "");
+        const std::string shift = i > 0 ? decimal_text(surface_shift(sweep[i - 1], s), 5) : "";
+        text += fmt::format("{},{},{},{},{},{},{}\n", s.isovalue, decimal_text(s.volume, 3),
+                            decimal_text(s.area, 3), s.components, s.triangles, shift,
+                            plateau > 0 ? fmt::format("{}", plateau) : "");
     }
     return text;
 }

@@ -95,6 +95,25 @@ TEST(Info, SaysWhatIsovalueAndCropNeed) {
     EXPECT_TRUE(info({folder / "ball.nrrd", "--headers"})["values"].is_null());
 }
 
+TEST(Info, PrintsBoundsThatCropNothing) {
+    const TemporaryFolder folder;
+    const std::string scan = folder / "ball.nrrd";
+    write_nrrd(scan, 24, 25, 13, ball(12, 12, 6, 8));
+    std::string header = read_file(scan);
+    const auto replace = [&](const std::string& before, const std::string& after) {
+        header.replace(header.find(before), before.size(), after);
+    };
+    replace("(1,0,0)", "(0.48828125,0,0)");
+    replace("(10,20,30)", "(-123.4564,-77.77777,200.12345)");
+    write_file(scan, header);
+    const std::string text = marrow_with({"info", scan}).out;
+    const auto begin = text.find("-123.4564,");
+    const std::string box = text.substr(begin, text.find(" mm", begin) - begin);
+    ASSERT_EQ(marrow_with({scan, "--isovalue=-999", "-o", folder / "whole.ply"}).code, kOk);
+    ASSERT_EQ(marrow_with({scan, "--isovalue=-999", "-o", folder / "boxed.ply", "--crop", box}).code, kOk);
+    EXPECT_TRUE(read_file(folder / "whole.ply") == read_file(folder / "boxed.ply")) << box;
+}
+
 TEST(Info, SaysWhatTheHeadersDoNotState) {
     TemporaryFolder folder;
     using List = std::vector<std::string>;

@@ -1,5 +1,6 @@
 // `marrow sweep` on the command line, and files of several surfaces.
 #include <cstdio>
+#include <sstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -135,6 +136,36 @@ TEST_F(Sweep, DrawsIsovaluesThatAreNeighbouringNumbers) {
         marrow_with({"sweep", scan, "--from", "1", "--to", "1.0000000000000004", "-n", "50"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 1 + 3) << outcome.out;
+}
+
+TEST_F(Sweep, DrawsTheLargestNumbers) {
+    const Outcome outcome = marrow_with(
+        {"sweep", scan, "--from=-1.7e308", "--to=1.7e308", "-n", "5", "--plot", folder / "far.svg"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const std::string drawing = read_file(folder / "far.svg");
+    EXPECT_EQ(drawing.find("nan"), drawing.npos);
+    EXPECT_NE(drawing.find("points=\"80.0,"), drawing.npos);
+    EXPECT_NE(drawing.find(" 720.0,"), drawing.npos);
+}
+
+TEST_F(Sweep, PrintsSmallNumbers) {
+    std::string header = read_file(scan);
+    const std::string wide = "(1,0,0) (0,1,0) (0,0,2)";
+    header.replace(header.find(wide), wide.size(), "(0.001,0,0) (0,0.001,0) (0,0,0.002)");
+    write_file(folder / "tiny.nrrd", header);
+    const auto row = [&](const std::string& file) {
+        std::istringstream lines(marrow_with({"sweep", file, "--from", "0", "--to", "500", "-n", "2"}).out);
+        std::string line;
+        std::getline(lines, line);
+        std::getline(lines, line);
+        double isovalue = 0, volume = 0, area = 0;
+        EXPECT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf", &isovalue, &volume, &area), 3) << line;
+        return std::pair{volume, area};
+    };
+    const auto [volume, area] = row(scan);
+    const auto [tiny_volume, tiny_area] = row(folder / "tiny.nrrd");
+    EXPECT_NEAR(tiny_volume * 1e9, volume, volume / 1000);
+    EXPECT_NEAR(tiny_area * 1e6, area, area / 1000);
 }
 
 TEST_F(Sweep, RefusesWhatMakesNoSense) {

@@ -9,6 +9,7 @@
 #include <marrow/mesh_check.h>
 #include <marrow/mesh_io.h>
 
+#include "decimal_text.h"
 #include "json_report.h"
 #include "progress_reporter.h"
 
@@ -18,7 +19,7 @@ namespace {
 
 // A number for people to read, with at most 15 digits.
 std::string plain(double number) {
-    return std::abs(number) < 1e12 ? fmt::format("{:.2f}", number) : fmt::format("{:.6g}", number);
+    return std::abs(number) < 1e12 ? decimal_text(number, 2) : fmt::format("{:.6g}", number);
 }
 
 // Cavities lie in pieces. Where there is no piece, the surface is inside out.
