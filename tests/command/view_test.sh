@@ -4,12 +4,13 @@
 set -uo pipefail
 marrow=$(realpath "$1")/marrow
 faults=0
+screen=(env -u DISPLAY -u WAYLAND_DISPLAY -u QT_QPA_PLATFORM)
 
 # fails_with CODE TEXT ARGUMENT...: the program must exit with CODE and print one line that contains TEXT.
 fails_with() {
   local wanted=$1 text=$2 err code
   shift 2
-  err=$(env -u DISPLAY -u WAYLAND_DISPLAY -u QT_QPA_PLATFORM "$marrow" "$@" 2>&1 > /dev/null)
+  err=$("${screen[@]}" "$marrow" "$@" 2>&1 > /dev/null)
   code=$?
   if [ "$code" -ne "$wanted" ] || [[ $err != *"$text"* ]] || [ "$(wc -l <<< "$err")" -ne 1 ]; then
     echo "marrow $* exits with $code and prints: $err" >&2
@@ -22,4 +23,10 @@ fails_with 3 "needs a display" view /
 fails_with 3 "'missing.nrrd': there is no such file" view missing.nrrd
 fails_with 2 "did you mean --series?" view --serie 1
 fails_with 2 "--measure needs an INPUT" view --measure
+
+# A screen without OpenGL is none.
+if command -v xvfb-run > /dev/null; then
+  screen=("${screen[@]}" xvfb-run -a -s "-extension GLX")
+  fails_with 3 "lacks its extension GLX" view
+fi
 [ "$faults" -eq 0 ]
