@@ -244,8 +244,10 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, co
         }
         return surface;
     };
-    const auto step = [&](const char* name, auto change) {
-        report(progress, 0);
+    // Smoothing and reduction take nearly all of the time.
+    const double smoothed_at = steps.smooth == 0 ? 0 : steps.reduce() ? 0.5 : 1;
+    const auto step = [&](const char* name, double begin, auto change) {
+        report(progress, begin);
         const StepSurface before = reports.empty() ? measured(mesh) : reports.back().after;
         StepReport done;
         done.name = name;
@@ -255,14 +257,15 @@ std::vector<StepReport> refine_surface(Mesh& mesh, const SurfaceSteps& steps, co
         reports.push_back(std::move(done));
     };
     if (steps.choose_components())
-        step("components", [&](StepReport&) { return with_chosen_components(mesh, steps, threads); });
+        step("components", 0, [&](StepReport&) { return with_chosen_components(mesh, steps, threads); });
     if (steps.smooth > 0)
-        step("smooth", [&](StepReport& done) {
-            return smoothed(mesh, steps, index_to_physical, threads, progress, done);
+        step("smooth", 0, [&](StepReport& done) {
+            return smoothed(mesh, steps, index_to_physical, threads, share_of(progress, 0, smoothed_at),
+                            done);
         });
     if (steps.reduce())
-        step("reduce", [&](StepReport& done) {
-            return reduced(mesh, steps, index_to_physical, threads, progress, done);
+        step("reduce", smoothed_at, [&](StepReport& done) {
+            return reduced(mesh, steps, index_to_physical, threads, share_of(progress, smoothed_at, 1), done);
         });
     return reports;
 }

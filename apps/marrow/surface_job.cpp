@@ -12,6 +12,7 @@
 #include "render.h"
 #include "report.h"
 #include "shared/display.h"
+#include "shared/report_progress.h"
 
 namespace marrow::apps {
 namespace fs = std::filesystem;
@@ -87,11 +88,13 @@ void SurfaceJob::deliver() {
     if (!output.picture.empty())
         seconds.write += stage("picture", [&](const Progress& progress) { draw(progress); });
     seconds.total = seconds_since(start_);
-    if (options_.reporting.json) {
-        for (Surface& surface : results.surfaces) {
-            if (!surface.measures) surface.measures = measure(surface.mesh, {.threads = threads()});
-        }
-    }
+    if (options_.reporting.json)
+        stage("measure", [&](const Progress& progress) {
+            for (Surface& surface : results.surfaces) {
+                report(progress, 0);
+                if (!surface.measures) surface.measures = measure(surface.mesh, {.threads = threads()});
+            }
+        });
     print_results(reporter_, results, output.space);
 }
 

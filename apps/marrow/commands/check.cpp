@@ -12,6 +12,7 @@
 #include "decimal_text.h"
 #include "json_report.h"
 #include "progress_reporter.h"
+#include "shared/report_progress.h"
 
 namespace marrow::apps {
 namespace fs = std::filesystem;
@@ -120,17 +121,13 @@ void print(std::ostream& out, const CheckedFile& file, double min_wall) {
     }
 }
 
-// Progress from `begin` to `end` of the whole.
-Progress share_of(const Progress& whole, double begin, double end) {
-    return [&whole, begin, end](double done) { return !whole || whole(std::lerp(begin, end, done)); };
-}
-
 CheckedFile check_file(const fs::path& path, const CheckCommandOptions& wanted,
                        const ProgressReporter& reporter) {
     CheckedFile file{path, {}, {}, {}, {}, kOk};
     try {
         reporter.stage("check", [&](const Progress& progress) {
             std::vector<NamedMesh> meshes = read_meshes(path, &file.space);
+            report(progress, 0);
             CheckOptions options;
             options.threads = wanted.threads;
             if (wanted.min_wall > 0) options.min_wall = wanted.min_wall;
