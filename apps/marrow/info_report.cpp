@@ -116,7 +116,7 @@ void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, 
 }  // namespace
 
 void print_finding(std::ostream& out, const Finding& finding, bool show_patient) {
-    const ScanReport& report = finding.report;
+    const ScanReport& report = *finding.report;
     const std::size_t count = report.series.size();
     out << fmt::format("{}, {}, {}\n", scan_format_name(report.format), count_of(report.files, "file"),
                        count_of(count, "series"));

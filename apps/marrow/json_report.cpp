@@ -34,6 +34,21 @@ Json message_list(const std::vector<std::string>& messages) {
     return list;
 }
 
+void add_failure(const Failure& failure, Json& json) {
+    json["error"] = name_flags(failure.error);
+    json["exit_code"] = failure.exit_code;
+}
+
+// One object for one input; for several, an array of this name and the failure that decides the exit code.
+template <class Found, class ToJson>
+std::string list_json(const char* name, const std::vector<Found>& inputs, const ToJson& to_json) {
+    if (inputs.size() == 1) return to_text(to_json(inputs.front()));
+    Json json{{name, Json::array()}};
+    for (const Found& input : inputs) json[name].push_back(to_json(input));
+    if (const Failure* failure = decisive_failure(inputs)) add_failure(*failure, json);
+    return to_text(json);
+}
+
 // The bounding box in the space that is written. RAS negates x and y, which swaps their ends.
 Json bounds(const MeshMeasures& m, Space space) {
     if (space == Space::LPS) return {m.lower, m.upper};
@@ -202,13 +217,13 @@ Json series_numbers(const SeriesReport& s, bool show_patient) {
 
 Json finding_numbers(const Finding& finding, bool show_patient) {
     Json json{{"input", finding.input.string()}};
-    if (!finding.refusal.empty()) {
-        json["refused"] = json["error"] = name_flags(finding.refusal);
-        json["exit_code"] = finding.exit_code;
-        return json;
+    if (finding.failure) {
+        json["refused"] = name_flags(finding.failure->error);
+        add_failure(*finding.failure, json);
     }
-    const ScanReport& report = finding.report;
-    json["refused"] = report.chosen ? Json() : Json(name_flags(report.reason));
+    if (!finding.report) return json;
+    const ScanReport& report = *finding.report;
+    if (!finding.failure) json["refused"] = report.chosen ? Json() : Json(name_flags(report.reason));
     json["format"] = scan_format_name(report.format);
     json["files"] = report.files;
     json["chosen"] = report.chosen ? Json(*report.chosen) : Json();
@@ -287,10 +302,10 @@ void add_numbers(Json& sum, const Json& numbers) {
 }
 
 Json check_numbers(const CheckedFile& file, double min_wall) {
-    if (!file.refusal.empty())
-        return {{"mesh", file.file.string()}, {"error", file.refusal}, {"exit_code", file.exit_code}};
-    Json json{{"mesh", file.file.string()},
-              {"space", file.space != Space::none ? Json(file.space == Space::RAS ? "RAS" : "LPS") : Json()}};
+    Json json{{"mesh", file.file.string()}};
+    if (file.failure) add_failure(*file.failure, json);
+    if (file.objects.empty()) return json;
+    json["space"] = file.space != Space::none ? Json(file.space == Space::RAS ? "RAS" : "LPS") : Json();
     Json objects = Json::array(), crossings = Json::array(), sum;
     for (const CheckedObject& object : file.objects) {
         const Json numbers = check_numbers(object, min_wall);
@@ -368,17 +383,12 @@ std::string surfaces_json(const SurfaceResults& results, Space space) {
 }
 
 std::string findings_json(const std::vector<Finding>& findings, bool show_patient) {
-    if (findings.size() == 1) return to_text(finding_numbers(findings.front(), show_patient));
-    Json inputs = Json::array();
-    for (const Finding& finding : findings) inputs.push_back(finding_numbers(finding, show_patient));
-    return to_text({{"inputs", std::move(inputs)}});
+    return list_json("inputs", findings,
+                     [&](const Finding& finding) { return finding_numbers(finding, show_patient); });
 }
 
 std::string checks_json(const std::vector<CheckedFile>& files, double min_wall) {
-    if (files.size() == 1) return to_text(check_numbers(files.front(), min_wall));
-    Json list = Json::array();
-    for (const CheckedFile& file : files) list.push_back(check_numbers(file, min_wall));
-    return to_text({{"meshes", std::move(list)}});
+    return list_json("meshes", files, [&](const CheckedFile& file) { return check_numbers(file, min_wall); });
 }
 
 std::string sweep_json(const std::vector<SweepSample>& sweep, const std::vector<Plateau>& plateaus) {

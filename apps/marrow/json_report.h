@@ -17,12 +17,13 @@ namespace marrow::apps {
 /// Bounds are in `space`, as written. Surfaces that were not measured have null for their measures.
 std::string surfaces_json(const SurfaceResults& results, Space space);
 
-/// One object for one input; for several, one with an array `inputs`.
+/// One object for one input; for several, one with an array `inputs`. Failures have `error` and `exit_code`,
+/// and so has the whole.
 std::string findings_json(const std::vector<Finding>& findings, bool show_patient);
 
-/// One object for one file; for several, one with an array `meshes`. The numbers of a file are sums over its
-/// objects; if there are several, the array `objects` has those of each. With `min_wall` > 0, thin walls are
-/// included.
+/// One object for one file; for several, one with an array `meshes`; failures as above. The numbers of a file
+/// are sums over its objects; if there are several, the array `objects` has those of each. With
+/// `min_wall` > 0, thin walls are included.
 std::string checks_json(const std::vector<CheckedFile>& files, double min_wall);
 
 /// One object with the arrays `sweep` and `plateaus`.

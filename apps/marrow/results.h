@@ -116,13 +116,32 @@ struct SampleReport {
     std::map<std::int64_t, std::int64_t> labels;  ///< of a label map: how many samples each has; else empty
 };
 
+/// An error and its exit code.
+struct Failure {
+    std::string error;
+    ExitCode exit_code = kOk;
+};
+
+/// The failure among several inputs that decides the exit code; null if all went well. It is the first, but a
+/// file that cannot be read comes before one that fails a check.
+template <class Found>
+const Failure* decisive_failure(const std::vector<Found>& inputs) {
+    const Failure* decisive = nullptr;
+    for (const Found& input : inputs) {
+        if (!input.failure) continue;
+        const bool only_check_failed = decisive && decisive->exit_code == kCheckFailed;
+        if (!decisive || (only_check_failed && input.failure->exit_code != kCheckFailed))
+            decisive = &*input.failure;
+    }
+    return decisive;
+}
+
 /// What `marrow info` found in one input.
 struct Finding {
     std::filesystem::path input;
-    ScanReport report;
-    std::string refusal;                  ///< why there is no report; empty: there is
-    ExitCode exit_code = kOk;             ///< of the refusal
+    std::optional<ScanReport> report;     ///< none: a failure came before
     std::optional<SampleReport> samples;  ///< of the series that would be read
+    std::optional<Failure> failure;
 };
 
 /// What `marrow devices` found.
@@ -148,10 +167,9 @@ struct CheckedObject {
 struct CheckedFile {
     std::filesystem::path file;
     Space space = Space::none;
-    std::vector<CheckedObject> objects;
+    std::vector<CheckedObject> objects;   ///< at least one, if the file could be read
     std::vector<MeshCrossing> crossings;  ///< of the objects
-    std::string refusal;                  ///< why nothing was found; empty: something was
-    ExitCode exit_code = kOk;             ///< of the refusal
+    std::optional<Failure> failure;       ///< why there are no objects, or what is wrong with them
 
     /// Objects may pass through each other: slicers take several objects as such.
     bool is_sound() const {

@@ -53,8 +53,11 @@ TEST_F(CheckCommand, ChecksTheOtherMeshesIfOneCannotBeRead) {
     EXPECT_EQ(std::count(text.err.begin(), text.err.end(), '\n'), 2) << text.err;
     const Outcome outcome = marrow_with({"check", bad, stl, "--json"});
     EXPECT_EQ(outcome.code, 3);
-    const Json meshes = Json::parse(outcome.out)["meshes"];
+    const Json json = Json::parse(outcome.out), &meshes = json["meshes"];
     ASSERT_EQ(meshes.size(), 2u);
+    EXPECT_EQ(json["exit_code"], 3);
+    EXPECT_EQ(json["error"], meshes[0]["error"]);
+    EXPECT_FALSE(Json::parse(marrow_with({"check", stl, stl, "--json"}).out).contains("error"));
     EXPECT_NE(meshes[0]["error"].get<std::string>().find("bad.stl"), std::string::npos);
     EXPECT_EQ(meshes[1]["sound"], true);
     EXPECT_EQ(marrow_with({"check", stl}, true).code, 130);
@@ -113,7 +116,25 @@ TEST_F(CheckCommand, ReportsThinWallsWithoutCallingThemUnsound) {
     EXPECT_EQ(thin.out.find(stl + ": sound, with walls below 30 mm\n"), 0u) << thin.out;
     const Outcome strict = marrow_with({"check", stl, "--min-wall", "30", "--strict", "--json"});
     EXPECT_EQ(strict.code, 6);
-    EXPECT_EQ(Json::parse(strict.out)["sound"], true);
+    const Json json = Json::parse(strict.out);
+    EXPECT_EQ(json["sound"], true);
+    EXPECT_EQ(json["exit_code"], 6);
+    EXPECT_EQ(json["error"], "'" + stl + "' has walls thinner than 30 mm");
+    EXPECT_EQ(strict.err, "marrow: '" + stl + "' has walls thinner than 30 mm\n");
+    // A file that cannot be read decides the exit code.
+    const Outcome missing =
+        marrow_with({"check", stl, folder / "gone.stl", "--min-wall", "30", "--strict", "--json"});
+    EXPECT_EQ(missing.code, 3);
+    EXPECT_EQ(Json::parse(missing.out)["exit_code"], 3);
+}
+
+TEST_F(CheckCommand, PrintsSmallNumbers) {
+    const std::string tiny = folder / "tiny.obj";
+    write_file(tiny,
+               "v 0 0 0\nv 0.01 0 0\nv 0 0.01 0\nv 0 0 0.01\n"
+               "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    const std::string text = marrow_with({"check", tiny}).out;
+    EXPECT_NE(text.find(" 0.0002366 mm2, 1.667e-07 mm3"), text.npos) << text;
 }
 
 TEST_F(CheckCommand, GivesOpenMeshesNoVolume) {

@@ -68,17 +68,20 @@ TEST(Console, SaysHowToGetAProgramThatIsNotInstalled) {
     const TemporaryFolder folder;
     const std::string program = folder / "marrow";
     std::filesystem::copy_file(MARROW_PROGRAM, program);
-    const auto first_line = [&](const std::string& command) {
+    const auto printed = [&](const std::string& command) {
         FILE* pipe = popen(("'" + program + "' " + command + " 2>&1").c_str(), "r");
+        std::string text;
         std::array<char, 256> line{};
-        const char* read = fgets(line.data(), line.size(), pipe);
+        while (fgets(line.data(), line.size(), pipe)) text += line.data();
         EXPECT_EQ(WEXITSTATUS(pclose(pipe)), kUnreadable);
-        return std::string(read ? read : "");
+        return text;
     };
-    EXPECT_EQ(first_line("view"),
+    EXPECT_EQ(printed("view"),
               "marrow: the viewer is not installed; build it with 'make viewer' or install the package "
               "marrow-viewer\n");
-    EXPECT_NE(first_line("terrain x.asc").find("not installed"), std::string::npos);
+    const std::string json = printed("terrain x.asc --json");
+    EXPECT_NE(json.find("not installed"), std::string::npos) << json;
+    EXPECT_NE(json.find("\"exit_code\": 3"), std::string::npos) << json;
 }
 
 }  // namespace

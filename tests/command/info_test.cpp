@@ -187,9 +187,13 @@ TEST_F(Thumbnail, NeedsASeriesThatWouldBeRead) {
     write_series(folder, 3, "a/s");
     write_series(folder, 3, "a/t", [](DicomWriter& s, int) { s.text(0x0020000e, "UI", "1.2.4"); });
     const Outcome several = marrow_with({"info", folder / "a", "--picture", folder / "t.png"});
-    EXPECT_EQ(several.code, kUnreadable);
-    contains(several.err, "no picture");
+    EXPECT_EQ(several.code, kGeometry);
+    contains(several.err, "--series");
     contains(several.out, "choose one with --series");
+    const Json json = info({folder / "a", "--picture", folder / "t.png"}, kGeometry);
+    EXPECT_EQ(json["exit_code"], kGeometry);
+    EXPECT_EQ("marrow: " + json["error"].get<std::string>() + "\n", several.err);
+    EXPECT_EQ(json["series"].size(), 2u);
     EXPECT_EQ(marrow_with({"info", folder / "a", "--headers", "--picture", folder / "t.png"}).code, kUsage);
     EXPECT_EQ(marrow_with({"info", folder / "a", folder / "a", "--picture", folder / "t.png"}).code, kUsage);
     EXPECT_FALSE(fs::exists(folder / "t.png"));

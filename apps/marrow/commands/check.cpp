@@ -123,7 +123,7 @@ void print(std::ostream& out, const CheckedFile& file, double min_wall) {
 
 CheckedFile check_file(const fs::path& path, const CheckCommandOptions& wanted,
                        const ProgressReporter& reporter) {
-    CheckedFile file{path, {}, {}, {}, {}, kOk};
+    CheckedFile file{path, {}, {}, {}, {}};
     try {
         reporter.stage("check", [&](const Progress& progress) {
             std::vector<NamedMesh> meshes = read_meshes(path, &file.space);
@@ -147,10 +147,15 @@ CheckedFile check_file(const fs::path& path, const CheckCommandOptions& wanted,
     } catch (const Cancelled&) {
         throw;
     } catch (const Error& error) {
-        file.refusal = error.what();
-        file.exit_code = exit_code_of(error);
-        reporter.console().error(file.refusal);
+        file.objects.clear();
+        file.failure = Failure{error.what(), exit_code_of(error)};
     }
+    if (wanted.strict && !file.is_sound())
+        file.failure = Failure{fmt::format("'{}' is not sound", path.string()), kCheckFailed};
+    else if (wanted.strict && file.has_thin_walls())
+        file.failure = Failure{
+            fmt::format("'{}' has walls thinner than {:g} mm", path.string(), wanted.min_wall), kCheckFailed};
+    if (file.failure) reporter.console().error(file.failure->error);
     return file;
 }
 
@@ -174,20 +179,14 @@ void add_options(Arguments& arguments, CheckCommandOptions& options) {
 ExitCode run(const CheckCommandOptions& options, const Console& console, const std::atomic<bool>& stop) {
     const ProgressReporter reporter(options.reporting, console, stop);
     std::vector<CheckedFile> files;
-    ExitCode code = kOk;
-    bool fit = true;
     for (const fs::path& input : options.inputs) {
         const CheckedFile& file = files.emplace_back(check_file(input, options, reporter));
-        if (!file.refusal.empty()) {
-            if (code == kOk) code = file.exit_code;
-            continue;
-        }
-        fit = fit && file.is_sound() && !file.has_thin_walls();
-        if (!options.reporting.json && !options.reporting.quiet) print(console.out, file, options.min_wall);
+        const bool prints = !options.reporting.json && !options.reporting.quiet;
+        if (prints && !file.objects.empty()) print(console.out, file, options.min_wall);
     }
     if (options.reporting.json) console.out << checks_json(files, options.min_wall);
-    if (code != kOk) return code;
-    return options.strict && !fit ? kCheckFailed : kOk;
+    const Failure* failure = decisive_failure(files);
+    return failure ? failure->exit_code : kOk;
 }
 
 }  // namespace marrow::apps

@@ -81,30 +81,30 @@ bool describe_all_maps(const fs::path& input, ScanOptions scan, ScanReport& repo
     return true;
 }
 
-// Inspects one input, and reads the samples of the series that would be read.
-Finding inspect(const fs::path& input, const InfoCommandOptions& options, const ProgressReporter& reporter) {
-    Finding finding{input, {}, {}, kOk, {}};
+// Inspects the input, and reads the samples of the series that would be read.
+void inspect(const InfoCommandOptions& options, const ProgressReporter& reporter, Finding& finding) {
     ScanOptions scan = options.scan;
     bool all_maps = false;
     reporter.stage("inspect", [&](const Progress& progress) {
         scan.progress = progress;
-        finding.report = inspect_scan(input, scan);
-        all_maps = describe_all_maps(input, scan, finding.report);
+        ScanReport& report = finding.report.emplace(inspect_scan(finding.input, scan));
+        all_maps = describe_all_maps(finding.input, scan, report);
     });
-    if (!finding.report.chosen || options.headers) return finding;
+    const bool is_chosen = finding.report->chosen.has_value();
+    // If nothing is chosen, the attempt to read it says why there is no picture.
+    if (options.headers || (!is_chosen && options.picture.empty())) return;
     reporter.stage("read", [&](const Progress& progress) {
         scan.progress = progress;
         ScanInfo info;
         if (all_maps) scan.volume = 0;
-        const Volume volume = read_scan(input, scan, &info);
-        finding.samples = report_on(volume, info);
+        const Volume volume = read_scan(finding.input, scan, &info);
+        if (is_chosen) finding.samples = report_on(volume, info);
         for (std::int64_t map = 1; all_maps && map < info.volumes; ++map) {
             scan.volume = map;
-            add_labels(read_scan(input, scan), *finding.samples);
+            add_labels(read_scan(finding.input, scan), *finding.samples);
         }
         if (!options.picture.empty()) write_thumbnail(volume, options.picture);
     });
-    return finding;
 }
 
 }  // namespace
@@ -128,27 +128,23 @@ ExitCode run(const InfoCommandOptions& options, const Console& console, const st
     check_output(options.picture, options.inputs.front());
     const ProgressReporter reporter(options.reporting, console, stop);
     std::vector<Finding> findings;
-    ExitCode code = kOk;
     for (const fs::path& input : options.inputs) {
+        Finding& finding = findings.emplace_back(Finding{input, {}, {}, {}});
         try {
-            findings.push_back(inspect(input, options, reporter));
-            if (!options.picture.empty() && !findings.back().report.chosen) {
-                console.error("there is no picture, because nothing would be read");
-                code = kUnreadable;
-            }
-            if (options.reporting.json) continue;
-            if (options.inputs.size() > 1) console.out << input.string() << ": ";
-            print_finding(console.out, findings.back(), options.show_patient);
+            inspect(options, reporter, finding);
         } catch (const Cancelled&) {
             throw;
         } catch (const Error& error) {
-            findings.push_back({input, {}, error.what(), exit_code_of(error), {}});
-            if (code == kOk) code = exit_code_of(error);
+            finding.failure = Failure{error.what(), exit_code_of(error)};
             console.error(name_flags(error.what()));
         }
+        if (options.reporting.json || !finding.report) continue;
+        if (options.inputs.size() > 1) console.out << input.string() << ": ";
+        print_finding(console.out, finding, options.show_patient);
     }
     if (options.reporting.json) console.out << findings_json(findings, options.show_patient);
-    return code;
+    const Failure* failure = decisive_failure(findings);
+    return failure ? failure->exit_code : kOk;
 }
 
 }  // namespace marrow::apps
