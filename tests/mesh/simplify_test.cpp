@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
@@ -9,6 +10,8 @@
 #include <marrow/mesh_check.h>
 #include <marrow/simplify.h>
 
+#include "mesh/connectivity/one_rings.h"
+#include "mesh/find_components.h"
 #include "support/fields.h"
 #include "support/mesh_checks.h"
 
@@ -127,6 +130,36 @@ TEST(Simplify, KeepsEveryComponentAndHandle) {
         ASSERT_EQ(manifold_fault(reduced), "") << "trial " << trial;
         expect_same_topology(mesh, reduced);
     }
+}
+
+// The volumes of components, in the order of their lowest points, which reduction keeps.
+std::vector<double> component_volumes(const Mesh& mesh) {
+    std::vector<double> volumes;
+    for (const internal::Component& c : internal::find_components(mesh, internal::OneRings(mesh)).all)
+        volumes.push_back(c.volume);
+    return volumes;
+}
+
+TEST(Simplify, TurnsNoSpeckInsideOut) {
+    Random random(3);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    std::int64_t cavities = 0;
+    for (int trial = 0; trial < 20; ++trial) {
+        const Volume noise =
+            sampled_in_space<float>(grid(12, 12, 12), [&](const Vec3d&) { return unit(random); });
+        const Mesh mesh = extract_isosurface(noise, trial % 2 == 0 ? 0.7 : -0.7, {.closed = true});
+        const std::vector<double> before = component_volumes(mesh);
+        for (const SimplifyOptions& options :
+             {SimplifyOptions{.triangles = 0}, SimplifyOptions{.max_error = 0.5}}) {
+            const std::vector<double> after = component_volumes(simplify(mesh, options));
+            ASSERT_EQ(after.size(), before.size());
+            for (std::size_t c = 0; c < before.size(); ++c) {
+                EXPECT_EQ(after[c] > 0, before[c] > 0) << before[c] << ", " << after[c];
+                cavities += before[c] < 0 ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_GT(cavities, 20);
 }
 
 TEST(Simplify, KeepsBordersAndNonManifoldEdges) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -266,6 +267,50 @@ bool EdgeCollapse::has_few_triangles(std::uint32_t point) const {
     return false;
 }
 
+// Whether the collapse would turn a small component inside out: no triangle need flip if the point goes to
+// the other side of those opposite to it. Looks only at components whose points are all in the rings of the
+// edge, which belong to the region. Larger ones hardly ever turn, as they would pass through themselves.
+bool EdgeCollapse::inverts_component(Half h, const Vec3d& there, Region& region) const {
+    const std::uint32_t ends[2] = {from(h), to(h)};
+    const auto is_in = [](std::uint32_t p, const Ring& ring) {
+        return std::find(ring.points, ring.points + ring.size, p) != ring.points + ring.size;
+    };
+    std::vector<Half>& opposite = region.opposite;  // the triangles that are not at the ends, by an edge
+    opposite.clear();
+    // False if the triangle on this side of an edge has another point.
+    const auto add = [&](Half edge) {
+        if (edge == kNone) return false;
+        const std::uint32_t apex = from(prev(edge));
+        if (!is_in(apex, region.from_ring) && !is_in(apex, region.to_ring)) return false;
+        const auto is_same = [&](Half other) { return other / 4 == edge / 4; };
+        const bool is_at_end = std::any_of(std::begin(ends), std::end(ends), [&](std::uint32_t end) {
+            return apex == end || from(edge) == end || to(edge) == end;
+        });
+        if (!is_at_end && std::none_of(opposite.begin(), opposite.end(), is_same)) opposite.push_back(edge);
+        return true;
+    };
+    for (const Half first : {h, twin(h)}) {
+        Half out = first;
+        do {
+            if (!add(twin(next(out)))) return false;
+            out = twin(prev(out));
+        } while (out != first);
+    }
+    for (std::size_t i = 0; i < opposite.size(); ++i) {
+        if (!add(twin(next(opposite[i]))) || !add(twin(prev(opposite[i])))) return false;
+    }
+    const auto volume = [&](const Vec3d& origin, Half edge) {
+        return dot(position(from(edge)) - origin,
+                   cross(position(to(edge)) - origin, position(from(prev(edge))) - origin));
+    };
+    // Relative to the point at one end, the triangles there have no volume.
+    const Vec3d here = position(ends[0]);
+    double before = 0, after = 0;
+    for_each_outgoing(ends[1], [&](Half out) { before += volume(here, out); });
+    for (const Half edge : opposite) before += volume(here, edge), after += volume(there, edge);
+    return (before > 0) != (after > 0) || (before < 0) != (after < 0);
+}
+
 bool EdgeCollapse::guard_accepts(Half h, const Vec3d& there, std::vector<PatchTriangle>& patch) {
     patch.clear();
     const std::uint32_t removed[2] = {h / 4, twin(h) / 4};
@@ -305,6 +350,7 @@ bool EdgeCollapse::collapse(const Due& due, Region& region) {
         there.sum = std::min(at_a, at_b);
         if (there.sum > kMostIncrease * least || !is_allowed(there) || !keeps(there.position)) return false;
     }
+    if (inverts_component(h, to_double(there.position), region)) return false;
     if (guard_ && !guard_accepts(h, to_double(there.position), region.patch)) return false;
     for_each_outgoing(b, [&](Half out) { faces_[out / 4].from[out % 4] = a; });
     // Removes the two triangles along h. Each had an edge to a and an edge to b, which become one edge.

@@ -164,6 +164,7 @@ class EdgeCollapse {
         std::uint32_t time = 0;            // of the last one
         // For the edge that is tried.
         Ring from_ring, to_ring;
+        std::vector<Half> opposite;
         std::vector<PatchTriangle> patch;
     };
 
@@ -203,6 +204,7 @@ class EdgeCollapse {
     bool is_inside(const Region& region) const;
     bool meets_link_condition(Half h, const Region& region) const;
     bool has_few_triangles(std::uint32_t point) const;
+    bool inverts_component(Half h, const Vec3d& there, Region& region) const;
     bool guard_accepts(Half h, const Vec3d& position, std::vector<PatchTriangle>& patch);
     bool collapse(const Due& due, Region& region);
     void queue_around(std::uint32_t point, Region& region);
