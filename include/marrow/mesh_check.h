@@ -28,6 +28,9 @@ struct MeshCheck {
     std::int64_t unused_points = 0;         ///< points without a triangle
     std::int64_t degenerate_triangles = 0;  ///< triangles without area or with two equal indices
     std::int64_t cavities = 0;              ///< closed components that face inward
+    /// Cavities that are inside of no other component, so that they are inside out. Counted if the mesh is
+    /// closed.
+    std::int64_t inverted_components = 0;
     /// The number of handles of all components. It is set if the mesh is closed and manifold and has no
     /// misoriented edges.
     std::optional<std::int64_t> genus;
@@ -50,8 +53,11 @@ struct MeshCheck {
     bool is_manifold() const {
         return measures.nonmanifold_edges == misoriented_edges && nonmanifold_points == 0;
     }
-    /// Whether neighbouring triangles agree in orientation and a closed mesh faces outward.
-    bool is_oriented() const { return misoriented_edges == 0 && (!is_closed() || measures.volume > 0); }
+    /// Whether neighbouring triangles agree in orientation, and the components of a closed mesh face outward,
+    /// except for cavities inside of others.
+    bool is_oriented() const {
+        return misoriented_edges == 0 && (!is_closed() || (measures.volume > 0 && inverted_components == 0));
+    }
     /// Whether a slicer has nothing to repair. A sound mesh may have thin walls:
     /// they are a matter of the printer.
     bool is_sound() const {

@@ -1,8 +1,6 @@
 // Chooses components by size and volume, and copies them into a new mesh.
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
 #include <numeric>
 #include <vector>
 
@@ -11,9 +9,9 @@
 #include <marrow/error.h>
 
 #include "base/parallel.h"
+#include "component_around.h"
 #include "find_components.h"
 #include "mesh/connectivity/check_mesh.h"
-#include "mesh/geometry/triangle_corners.h"
 #include "mesh/search/triangle_tree.h"
 
 namespace marrow {
@@ -83,49 +81,6 @@ Mesh copy_components(const MeshView& mesh, const Components& components, const s
         result.triangles[number] = {new_index[a], new_index[b], new_index[c]};
     });
     return result;
-}
-
-// Returns the smallest component around a cavity, or kNone. A ray from the cavity crosses each closed
-// component around it an odd number of times. It may leave an open one where that has no triangles, so the
-// first crossing says whether the cavity is inside.
-std::uint32_t component_along(const Vec3d& direction, const Component& cavity, const MeshView& mesh,
-                              const Components& components, const TriangleTree& tree) {
-    struct Crossings {
-        int count = 0;
-        double first = std::numeric_limits<double>::infinity();
-        bool leaves = false;
-    };
-    const Vec3d origin = centroid(corners_of(mesh, mesh.triangles[cavity.first_triangle]));
-    std::map<std::uint32_t, Crossings> crossings;
-    tree.for_each_hit(origin, direction, std::numeric_limits<double>::infinity(),
-                      [&](double distance, std::uint32_t t) {
-                          Crossings& c = crossings[components.of(mesh.triangles[t])];
-                          ++c.count;
-                          if (distance >= c.first) return;
-                          c.first = distance;
-                          c.leaves = dot(scaled_normal(corners_of(mesh, mesh.triangles[t])), direction) > 0;
-                      });
-    std::uint32_t closed = Components::kNone, open = Components::kNone;
-    for (const auto& [index, crossing] : crossings) {
-        const Component& c = components.all[index];
-        if (c.is_cavity()) continue;
-        if (c.closed && crossing.count % 2 != 0 &&
-            (closed == Components::kNone || c.volume < components.all[closed].volume))
-            closed = index;
-        if (!c.closed && crossing.leaves &&
-            (open == Components::kNone || crossing.first < crossings.at(open).first))
-            open = index;
-    }
-    return closed != Components::kNone ? closed : open;
-}
-
-std::uint32_t component_around(const Component& cavity, const MeshView& mesh, const Components& components,
-                               const TriangleTree& tree) {
-    const Vec3d direction{0.8361, 0.4227, 0.3498};  // not parallel to edges of the sampling grid
-    const std::uint32_t around = component_along(direction, cavity, mesh, components, tree);
-    // The ray may have left through the opening; the opposite one need not.
-    return around != Components::kNone ? around
-                                       : component_along(-1.0 * direction, cavity, mesh, components, tree);
 }
 
 // Of the components marked in `keep`, keeps the `count` largest that are not cavities, and their cavities. A

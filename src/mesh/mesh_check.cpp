@@ -15,6 +15,7 @@
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "base/three_corners.h"
+#include "component_around.h"
 #include "find_components.h"
 #include "mesh/connectivity/check_mesh.h"
 #include "mesh/connectivity/count_edges.h"
@@ -124,6 +125,24 @@ void check_walls(const MeshView& mesh, const std::vector<double>& thickness, Mes
         check.thin_area += area(corners_of(mesh, mesh.triangles[i]));
     }
 }
+// Counts the cavities that are in no component.
+std::int64_t count_inverted(const MeshView& mesh, const Components& components) {
+    std::vector<const Component*> cavities;
+    for (const Component& c : components.all) {
+        if (c.is_cavity()) cavities.push_back(&c);
+    }
+    if (cavities.empty()) return 0;
+    const TriangleTree tree(mesh);
+    return parallel_reduce(
+        std::size_t{0}, cavities.size(), 1, std::int64_t{0},
+        [&](const auto& range, std::int64_t count) {
+            for (std::size_t c = range.begin(); c < range.end(); ++c)
+                count += component_around(*cavities[c], mesh, components, tree) == Components::kNone;
+            return count;
+        },
+        [](std::int64_t a, std::int64_t b) { return a + b; });
+}
+
 
 // The counts are independent, so they run at the same time.
 // \pre no triangle has equal indices
@@ -139,7 +158,10 @@ void check_surface(const MeshView& mesh, const CheckOptions& options, MeshCheck&
         [&] {
             const EdgeCounts edges = count_edges(mesh, rings);
             check.misoriented_edges = edges.misoriented;
-            check.measures = measure_components(mesh, find_components(mesh, rings), edges);
+            const Components components = find_components(mesh, rings);
+            check.measures = measure_components(mesh, components, edges);
+            // A cavity may be in an open component without being seen to be.
+            if (check.is_closed()) check.inverted_components = count_inverted(mesh, components);
         },
         [&] { check.degenerate_triangles += count_triangles_without_area(mesh); },
         [&] { count_faulty_points(mesh, rings, check); });

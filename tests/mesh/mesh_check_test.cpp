@@ -89,6 +89,34 @@ TEST(Check, FindsMisorientedTriangles) {
     EXPECT_EQ(all.cavities, 1);
 }
 
+Mesh turned_inside_out(Mesh mesh) {
+    for (Triangle& t : mesh.triangles) std::swap(t[0], t[1]);
+    return mesh;
+}
+
+TEST(Check, FindsClosedComponentsThatAreInsideOut) {
+    const Mesh large = extracted(grid(41, 41, 41), sphere({20, 20, 20}, 15)),
+               small = turned_inside_out(extracted(grid(41, 41, 41), sphere({20, 20, 20}, 5)));
+    const auto moved = [](Mesh mesh, float x) {
+        for (Vec3f& p : mesh.points) p[0] += x;
+        return mesh;
+    };
+    const MeshCheck inside = check_mesh(joined(large, small));
+    EXPECT_TRUE(inside.is_sound());
+    EXPECT_EQ(inside.cavities, 1);
+    // Beside the other component, and within its bounds but outside of it.
+    for (const Mesh& mesh : {joined(large, moved(small, 40)), joined(moved(small, -40), large),
+                             joined(large, turned_inside_out(tetrahedron({8, 8, 8})))}) {
+        const MeshCheck beside = check_mesh(mesh);
+        EXPECT_FALSE(beside.is_oriented());
+        EXPECT_FALSE(beside.is_sound());
+    }
+    // An island in a cavity, with a cavity of its own.
+    const Mesh island = extracted(grid(41, 41, 41), sphere({20, 20, 20}, 3)),
+               bubble = turned_inside_out(extracted(grid(41, 41, 41), sphere({20, 20, 20}, 2)));
+    EXPECT_TRUE(check_mesh(joined(joined(large, small), joined(island, bubble))).is_sound());
+}
+
 TEST(Check, FindsNonManifoldEdgesAndPoints) {
     // Two tetrahedra that share a point, and two that share an edge.
     Mesh at_point = joined(tetrahedron(), tetrahedron({5, 5, 5}));

@@ -29,6 +29,15 @@ std::string pieces_text(std::int64_t pieces, std::int64_t cavities) {
     return fmt::format("{}, with {} {}", pieces, cavities, cavities == 1 ? "cavity" : "cavities");
 }
 
+// Why a mesh is not oriented.
+std::string misorientation_text(const MeshCheck& c) {
+    if (c.misoriented_edges > 0) return fmt::format("{} edges", c.misoriented_edges);
+    if (c.inverted_components == 0 || c.inverted_components == c.measures.components)
+        return "the surface faces inward";
+    return fmt::format("{} of {} components face inward, but are not cavities", c.inverted_components,
+                       c.measures.components);
+}
+
 // Sound or not, and how thin it is.
 std::string verdict(const MeshCheck& c, double min_wall) {
     std::string text = c.is_sound() ? "sound" : "NOT sound";
@@ -57,9 +66,7 @@ class Printer {
         line("manifold", yes_or(c.is_manifold(),
                                 fmt::format("{} edges, {} points", m.nonmanifold_edges - c.misoriented_edges,
                                             c.nonmanifold_points)));
-        line("oriented",
-             yes_or(c.is_oriented(), c.misoriented_edges > 0 ? fmt::format("{} edges", c.misoriented_edges)
-                                                             : std::string("the surface faces inward")));
+        line("oriented", yes_or(c.is_oriented(), misorientation_text(c)));
         line("self-intersections", std::to_string(c.self_intersections));
         line("degenerate triangles", std::to_string(c.degenerate_triangles));
         if (min_wall_ > 0)

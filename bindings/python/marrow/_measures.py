@@ -40,7 +40,7 @@ class MeshCheck:
     thinnest_wall: Optional[float]  #: mm; None without thin triangles
     is_closed: bool
     is_manifold: bool
-    is_oriented: bool  #: neighbours agree on the outside, and a closed mesh faces outward
+    is_oriented: bool  #: neighbours agree on the outside, and a closed mesh faces outward, except for cavities
     is_sound: bool  #: all of this, and nothing else that a slicer would have to repair; thin walls do not count
 
 

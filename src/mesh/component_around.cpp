@@ -1,0 +1,58 @@
+// Follows a ray from a cavity, and counts where it crosses each component.
+#include "component_around.h"
+
+#include <limits>
+#include <map>
+
+#include "mesh/geometry/triangle_corners.h"
+
+namespace marrow::internal {
+
+namespace {
+
+// The same in one direction. The ray crosses each closed component around the cavity an odd number of times.
+// It may leave an open one where that has no triangles, so the first crossing says whether the cavity is
+// inside.
+std::uint32_t component_along(const Vec3d& direction, const Component& cavity, const MeshView& mesh,
+                              const Components& components, const TriangleTree& tree) {
+    struct Crossings {
+        int count = 0;
+        double first = std::numeric_limits<double>::infinity();
+        bool leaves = false;
+    };
+    const Vec3d origin = centroid(corners_of(mesh, mesh.triangles[cavity.first_triangle]));
+    std::map<std::uint32_t, Crossings> crossings;
+    tree.for_each_hit(origin, direction, std::numeric_limits<double>::infinity(),
+                      [&](double distance, std::uint32_t t) {
+                          Crossings& c = crossings[components.of(mesh.triangles[t])];
+                          ++c.count;
+                          if (distance >= c.first) return;
+                          c.first = distance;
+                          c.leaves = dot(scaled_normal(corners_of(mesh, mesh.triangles[t])), direction) > 0;
+                      });
+    std::uint32_t closed = Components::kNone, open = Components::kNone;
+    for (const auto& [index, crossing] : crossings) {
+        const Component& c = components.all[index];
+        if (c.is_cavity()) continue;
+        if (c.closed && crossing.count % 2 != 0 &&
+            (closed == Components::kNone || c.volume < components.all[closed].volume))
+            closed = index;
+        if (!c.closed && crossing.leaves &&
+            (open == Components::kNone || crossing.first < crossings.at(open).first))
+            open = index;
+    }
+    return closed != Components::kNone ? closed : open;
+}
+
+}  // namespace
+
+std::uint32_t component_around(const Component& cavity, const MeshView& mesh, const Components& components,
+                               const TriangleTree& tree) {
+    const Vec3d direction{0.8361, 0.4227, 0.3498};  // not parallel to edges of the sampling grid
+    const std::uint32_t around = component_along(direction, cavity, mesh, components, tree);
+    // The ray may have left through the opening; the opposite one need not.
+    return around != Components::kNone ? around
+                                       : component_along(-1.0 * direction, cavity, mesh, components, tree);
+}
+
+}  // namespace marrow::internal
