@@ -111,7 +111,7 @@ struct DistanceOptions {
 };
 
 /// Measures the symmetric distance between two surfaces, from samples on each to the nearest point of the
-/// other. The points of the meshes are samples for the maximum too.
+/// other. The points of the triangles are samples for the maximum too.
 ///
 /// The samples depend only on the meshes, and the result has the same bits for any number of threads.
 /// \throw InputError if a mesh has no triangles, if a triangle has an index out of range, or if `samples` < 1

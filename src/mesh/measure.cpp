@@ -1,4 +1,7 @@
 // Counts and sums over all edges, components and triangles of a mesh.
+#include <algorithm>
+#include <cstdint>
+
 #include <marrow/measure.h>
 
 #include "base/parallel.h"
@@ -16,9 +19,19 @@ namespace {
 
 constexpr std::size_t kGrain = 8192;  // triangles; decides the last bits of sums
 
-// Relative to the first point, because distant coordinates would cancel.
+// The first point that a triangle has. In most meshes it is that of number 0, in one of the first triangles.
+Vec3d first_corner(const MeshView& mesh) {
+    std::uint32_t first = ~std::uint32_t{0};
+    for (const Triangle& t : mesh.triangles) {
+        first = std::min({first, t[0], t[1], t[2]});
+        if (first == 0) break;
+    }
+    return mesh.triangles.empty() ? Vec3d{} : to_double(mesh.points[first]);
+}
+
+// Relative to a point of the surface, because distant coordinates would cancel.
 AreaAndVolume sum_area_and_volume(const MeshView& mesh) {
-    const Vec3d origin = mesh.points.empty() ? Vec3d{} : to_double(mesh.points.front());
+    const Vec3d origin = first_corner(mesh);
     return parallel_reduce(
         std::size_t{0}, mesh.triangles.size(), kGrain, AreaAndVolume{},
         [&](const auto& range, AreaAndVolume sums) {

@@ -219,6 +219,17 @@ TEST(Measure, HasNoBoundsWhereAllCoordinatesAreNan) {
     EXPECT_EQ(m.upper[2], 3);
 }
 
+TEST(Measure, HasTheSameAreaAndVolumeBesideAFirstPointWithoutTriangles) {
+    const Volume volume = sampled_in_space<float>(grid(21, 21, 21), sphere({10, 10, 10}, 8));
+    const Mesh ball = extract_isosurface(volume, 0);
+    Mesh beside;
+    beside.points.push_back({1e15f, 0, 0});
+    beside.points.insert(beside.points.end(), ball.points.begin(), ball.points.end());
+    for (const auto& [a, b, c] : ball.triangles) beside.triangles.push_back({a + 1, b + 1, c + 1});
+    EXPECT_EQ(area_and_volume(beside).area, area_and_volume(ball).area);
+    EXPECT_EQ(area_and_volume(beside).volume, area_and_volume(ball).volume);
+}
+
 TEST(KeepComponents, RejectsInvalidInput) {
     Mesh broken;
     broken.triangles = {{0, 1, 2}};

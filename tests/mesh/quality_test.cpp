@@ -483,6 +483,14 @@ TEST(TriangleTree, FindsTrianglesWhoseSquaredDistanceOverflowsFloat) {
     EXPECT_NEAR(tree.distance({3e30, 0, 0}) / 3e30, 1, 1e-12);
 }
 
+TEST(MeshDistance, IgnoresPointsWithoutTriangles) {
+    const Mesh ball = sphere(1, 3);
+    Mesh beside = ball;
+    beside.points.push_back({100, 0, 0});
+    EXPECT_LT(mesh_distance(ball, beside).max, 1e-6);
+    EXPECT_LT(mesh_distance(beside, ball).max, 1e-6);
+}
+
 TEST(MeshDistance, RejectsEmptyMeshesAndCanBeCancelled) {
     const Mesh ball = sphere(1, 1);
     EXPECT_THROW(mesh_distance(ball, {}), InputError);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <span>
 
+#include <marrow/mesh.h>
 #include <marrow/vector.h>
 
 namespace marrow::internal {
@@ -29,6 +30,12 @@ struct Bounds {
             upper[axis] = std::max(upper[axis], other.upper[axis]);
         }
     }
+    /// The largest extent along an axis. Infinite if it does not fit into a float.
+    float width() const {
+        float widest = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) widest = std::max(widest, upper[axis] - lower[axis]);
+        return widest;
+    }
     bool operator==(const Bounds&) const = default;
     /// Whether other bounds overlap or touch these. Without branches, as the answer is unpredictable.
     bool overlaps(const Bounds& other) const {
@@ -43,5 +50,9 @@ struct Bounds {
 
 /// The bounds of points, without coordinates that are NaN. Runs on all threads.
 Bounds bounds_of(std::span<const Vec3f> points);
+
+/// The same for the corners of the triangles of a mesh, without its other points.
+/// \pre indices are in range
+Bounds bounds_of_triangles(const MeshView& mesh);
 
 }  // namespace marrow::internal

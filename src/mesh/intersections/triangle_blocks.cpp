@@ -203,7 +203,7 @@ std::optional<BlockGrid> make_grid(const MeshView& mesh) {
     constexpr double kBlockEdges = 1.5;     // the side of a block, in edges of triangles
     constexpr double kMostPerTriangle = 5;  // blocks
     constexpr float kMostHalves = 1 << 22;
-    const Bounds bounds = bounds_of(mesh.points);
+    const Bounds bounds = bounds_of_triangles(mesh);
     BlockGrid grid{.lower = bounds.lower, .upper = bounds.upper};
     double side = kBlockEdges * mean_edge(mesh);
     const double most = std::min(kMostPerTriangle * static_cast<double>(mesh.triangles.size()),

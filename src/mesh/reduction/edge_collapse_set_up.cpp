@@ -42,7 +42,7 @@ void EdgeCollapse::divide(const Mesh& mesh) {
     if (count == 1) count = 0;
     std::vector<std::uint32_t> size(count + 1, 0);
     if (count > 0) {
-        const Buffer<std::uint16_t> region = divide_points(mesh.points, count);
+        const Buffer<std::uint16_t> region = divide_points(mesh, count);
         parallel_for_ranges(std::size_t{0}, points_.size(), 4096, [&](const auto& range) {
             for (std::size_t p = range.begin(); p < range.end(); ++p) points_[p].region = region[p];
         });

@@ -2,32 +2,20 @@
 #include "point_regions.h"
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "base/parallel.h"
-#include "mesh/geometry/bounds.h"
 #include "mesh/search/morton_curve.h"
 
 namespace marrow::internal {
 
-Buffer<std::uint16_t> divide_points(std::span<const Vec3f> points, std::size_t count) {
+Buffer<std::uint16_t> divide_points(const MeshView& mesh, std::size_t count) {
     constexpr std::uint32_t kAxisCells = 64;
-    const Bounds bounds = bounds_of(points);
-    float longest = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
-    const float scale = longest > 0 ? kAxisCells / longest : 0;
-    const auto cell_of = [&](const Vec3f& p) {
-        std::uint32_t key = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const float cell = (p[axis] - bounds.lower[axis]) * scale;
-            const float within = cell > 0 ? std::min(cell, kAxisCells - 1.0f) : 0;
-            key |= spread_bits(static_cast<std::uint32_t>(within)) << axis;
-        }
-        return key;
-    };
+    const std::span<const Vec3f> points = mesh.points;
+    const CellKeys cells(bounds_of_triangles(mesh), kAxisCells, kAxisCells - 1);
     std::vector<std::size_t> points_in(kAxisCells * kAxisCells * kAxisCells, 0);
-    for (const Vec3f& p : points) ++points_in[cell_of(p)];
+    for (const Vec3f& p : points) ++points_in[cells.at(p)];
     std::vector<std::uint16_t> region_of_cell;
     region_of_cell.reserve(points_in.size());
     std::size_t before = 0;
@@ -41,7 +29,7 @@ Buffer<std::uint16_t> divide_points(std::span<const Vec3f> points, std::size_t c
     Buffer<std::uint16_t> regions(points.size());
     parallel_for_ranges(std::size_t{0}, points.size(), 4096, [&](const auto& range) {
         for (std::size_t p = range.begin(); p < range.end(); ++p)
-            regions[p] = region_of_cell[cell_of(points[p])];
+            regions[p] = region_of_cell[cells.at(points[p])];
     });
     return regions;
 }

@@ -109,7 +109,7 @@ void for_each_group(const SampledMesh& from, const Wanted& wanted, const Progres
 class FurtherPositions {
   public:
     explicit FurtherPositions(const SampledMesh& from)
-        : mesh_(from.mesh()), lists_(from.tree().leaves().size() / kLeaves + 2) {}
+        : mesh_(from.mesh()), lists_(from.tree().leaves().size() / kLeaves + 1) {}
 
     void add(std::size_t range, const Source& source) {
         const Triangle& t = mesh_.triangles[source.triangle];
@@ -118,7 +118,6 @@ class FurtherPositions {
         else
             lists_[range].push_back({t[source.corner], t[source.corner], t[source.corner]});
     }
-    void add_unused(std::uint32_t point) { lists_.back().push_back({point, point, point}); }
 
     std::vector<Triangle> all() const {
         std::vector<Triangle> result;
@@ -129,7 +128,7 @@ class FurtherPositions {
 
   private:
     const MeshView mesh_;
-    std::vector<std::vector<Triangle>> lists_;  // of each range, and of points without triangles
+    std::vector<std::vector<Triangle>> lists_;  // of each range
 };
 
 }  // namespace
@@ -174,9 +173,6 @@ void SampledMesh::assign_points() {
             used[p] = true;
             positions_[t].owned |= std::uint64_t{1} << c;
         }
-    }
-    for (std::uint32_t p = 0; p < used.size(); ++p) {
-        if (!used[p]) unused_.push_back(p);
     }
 }
 
@@ -250,7 +246,6 @@ void Distances::measure_positions(const SampledMesh& from, const Wanted& wanted,
         raise(reached);
         if (reached > 0) group.reach = 2 * reached;
     });
-    for (const std::uint32_t p : from.unused()) raise(to.distance(to_double(from.mesh().points[p])));
     max_ = furthest;
 }
 
@@ -274,9 +269,6 @@ std::vector<Triangle> Distances::measure_again(const SampledMesh& from, const Ch
                           double& of_points = of_points_[changing.names.empty() ? t : changing.names[t]];
                           of_points = std::max(of_points, distance);
                       });
-    for (const std::uint32_t p : from.unused()) {
-        if (to.distance(to_double(from.mesh().points[p])) > max_distance) further.add_unused(p);
-    }
     return further.all();
 }
 

@@ -18,7 +18,7 @@
 namespace marrow::internal {
 
 /// A mesh, its tree, and the positions at which its distance to another mesh is measured: samples, which are
-/// spread evenly over its area, and its points.
+/// spread evenly over its area, and the points of its triangles.
 class SampledMesh {
   public:
     /// The arrays of `mesh` must outlive this. Uses all threads. \pre the mesh has triangles, fewer than
@@ -35,8 +35,6 @@ class SampledMesh {
     bool owns_corner(std::uint32_t t, std::size_t corner) const { return positions_[t].owned >> corner & 1; }
     /// Fetches what the above need of triangle t.
     void prefetch(std::uint32_t t) const { hwy::Prefetch(&positions_[t]); }
-    /// The points without triangles.
-    const std::vector<std::uint32_t>& unused() const { return unused_; }
 
   private:
     void spread_samples(std::int64_t count);
@@ -49,7 +47,6 @@ class SampledMesh {
         std::uint64_t owned : 3;  // bits of corners
     };
     Buffer<OfTriangle> positions_;  // after those of all triangles, the number of samples
-    std::vector<std::uint32_t> unused_;
 };
 
 /// The distances of the positions of a mesh to another mesh, in mm.

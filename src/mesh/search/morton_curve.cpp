@@ -7,7 +7,6 @@
 
 #include "base/parallel.h"
 #include "base/radix_sort.h"
-#include "mesh/geometry/bounds.h"
 
 namespace marrow::internal {
 
@@ -60,22 +59,11 @@ class CellSort {
     std::size_t cells() const { return std::size_t{axis_cells_} * axis_cells_ * axis_cells_; }
 
     void set_keys(const MeshView& mesh) {
-        const Bounds bounds = bounds_of(mesh.points);
-        float longest = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-            longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
         const auto cells = static_cast<float>(axis_cells_);
-        const float scale = longest > 0 ? cells / longest : 0;
+        const CellKeys keys(bounds_of_triangles(mesh), cells, cells - 1);
         parallel_for_ranges(std::size_t{0}, keys_.size(), 4096, [&](const auto& range) {
-            for (std::size_t t = range.begin(); t < range.end(); ++t) {
-                const Vec3f& p = mesh.points[mesh.triangles[t][0]];
-                keys_[t] = 0;
-                for (std::size_t axis = 0; axis < 3; ++axis) {
-                    const float cell = (p[axis] - bounds.lower[axis]) * scale;
-                    const float within = cell > 0 ? std::min(cell, cells - 1) : 0;
-                    keys_[t] |= spread_bits(static_cast<std::uint32_t>(within)) << axis;
-                }
-            }
+            for (std::size_t t = range.begin(); t < range.end(); ++t)
+                keys_[t] = keys.at(mesh.points[mesh.triangles[t][0]]);
         });
     }
 
@@ -86,21 +74,14 @@ class CellSort {
 }  // namespace
 
 Buffer<MortonKey> along_morton_curve(const MeshView& mesh) {
-    const Bounds bounds = bounds_of(mesh.points);
-    float longest = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        longest = std::max(longest, bounds.upper[axis] - bounds.lower[axis]);
-    const float scale = longest > 0 ? 1023 / (3 * longest) : 0;
+    const CellKeys cells(bounds_of_triangles(mesh), 1023, 1023, 3);
     Buffer<MortonKey> keys(mesh.triangles.size());
     parallel_for(std::size_t{0}, keys.size(), [&](std::size_t i) {
         const Triangle& t = mesh.triangles[i];
-        std::uint32_t key = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-            const float sum = mesh.points[t[0]][axis] + mesh.points[t[1]][axis] + mesh.points[t[2]][axis];
-            const float cell = (sum - 3 * bounds.lower[axis]) * scale;
-            key |= spread_bits(cell > 0 ? static_cast<std::uint32_t>(std::min(cell, 1023.0f)) : 0) << axis;
-        }
-        keys[i] = {key, static_cast<std::uint32_t>(i)};
+        Vec3f sum;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            sum[axis] = mesh.points[t[0]][axis] + mesh.points[t[1]][axis] + mesh.points[t[2]][axis];
+        keys[i] = {cells.at(sum), static_cast<std::uint32_t>(i)};
     });
     radix_sort(keys, 30, [](const MortonKey& k) { return k.key; });
     return keys;

@@ -1,10 +1,14 @@
 /// Orders triangles so that triangles which follow each other are near each other.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 
 #include <marrow/buffer.h>
 #include <marrow/mesh.h>
+
+#include "mesh/geometry/bounds.h"
 
 namespace marrow::internal {
 
@@ -16,6 +20,31 @@ constexpr std::uint32_t spread_bits(std::uint32_t x) {
     x = (x | x << 4) & 0x030c30c3;
     return (x | x << 2) & 0x09249249;
 }
+
+/// Numbers the cells of a grid over bounds by their keys.
+class CellKeys {
+  public:
+    /// The bounds are at most `across` cells wide, and the last cell along an axis has the number `last`.
+    /// Positions are given as the sums of `summed` positions.
+    CellKeys(const Bounds& bounds, float across, float last, float summed = 1) : last_(last) {
+        const float width = bounds.width();
+        scale_ = width > 0 ? across / (summed * width) : 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) lower_[axis] = summed * bounds.lower[axis];
+    }
+    /// Positions outside of the grid have the key of a cell at its border.
+    std::uint32_t at(const Vec3f& sum) const {
+        std::uint32_t key = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const float cell = (sum[axis] - lower_[axis]) * scale_;
+            key |= spread_bits(cell > 0 ? static_cast<std::uint32_t>(std::min(cell, last_)) : 0) << axis;
+        }
+        return key;
+    }
+
+  private:
+    Vec3f lower_;
+    float scale_, last_;
+};
 
 /// A triangle and its position on the Morton curve. The key numbers the cell of the triangle's centre in a
 /// grid of 1024^3 cells over the mesh. Its three highest bits choose an eighth of the grid, one bit per axis,
