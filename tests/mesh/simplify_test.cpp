@@ -186,7 +186,7 @@ TEST(Simplify, DoesTheSameInAnyUnitOfLength) {
     const Mesh mesh = ball(8);
     SimplifyStats stats, scaled_stats;
     const Mesh reduced = simplify(mesh, {.triangles = 200, .max_error = 0.5}, &stats);
-    for (const int power : {-20, 20, 40, 120}) {
+    for (const int power : {-100, -40, -20, 20, 40, 120}) {
         Mesh scaled = mesh;
         for (Vec3f& p : scaled.points)
             for (float& x : p) x = std::ldexp(x, power);
@@ -199,6 +199,14 @@ TEST(Simplify, DoesTheSameInAnyUnitOfLength) {
         EXPECT_EQ(std::ldexp(scaled_stats.deviation.max, -power), stats.deviation.max);
         EXPECT_EQ(std::ldexp(scaled_stats.deviation.mean, -power), stats.deviation.mean);
     }
+}
+
+TEST(Simplify, DoesTheSameBesideAPointWithoutTriangles) {
+    const Mesh mesh = ball(8);
+    const Mesh reduced = simplify(mesh, {.triangles = 200, .max_error = 0.5});
+    Mesh beside = mesh;
+    beside.points.push_back({1e30f, 0, 0});
+    EXPECT_EQ(mesh_hash(simplify(beside, {.triangles = 200, .max_error = 0.5})), mesh_hash(reduced));
 }
 
 TEST(Simplify, RejectsInvalidInputAndCanBeCancelled) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -176,25 +177,17 @@ Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error,
     }
 }
 
-// The largest extent along an axis.
-double width_of(const Mesh& mesh) {
-    const Bounds bounds = bounds_of(mesh.points);
-    double widest = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-        widest = std::max(widest, double{bounds.upper[axis]} - double{bounds.lower[axis]});
-    return widest;
-}
-
-// Multiplies all coordinates by a power of two, which changes nothing else.
+// Multiplies all coordinates by a power of two, which changes nothing else. Points without triangles may be
+// so far away that they must stop before infinity.
 void scale(Mesh& mesh, int exponent) {
     for (Vec3f& p : mesh.points) {
-        for (float& x : p) x = std::ldexp(x, exponent);
+        for (float& x : p) x = std::clamp(std::ldexp(x, exponent), -kMost, kMost);
     }
 }
 
+    constexpr float kMost = std::numeric_limits<float>::max();
 Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats) {
     const auto triangles = static_cast<std::size_t>(options.triangles.value_or(0));
-    if (mesh.triangles.size() <= triangles) return mesh;
     // Stages go back, but the progress must not decrease.
     double furthest = 0;
     const Progress progress = [&](double fraction) {
@@ -213,12 +206,14 @@ Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats*
     return std::move(reduced.mesh);
 }
 
-// The same for meshes of any width. Errors are areas times squared distances, which must fit into a float.
+// The same for meshes of any width. Errors are areas times squared distances, which must neither overflow nor
+// vanish in a float.
 Mesh simplified_at_any_scale(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats) {
-    constexpr double kLargestWidth = 1e9;
-    const double width = width_of(mesh);
-    if (!(width > kLargestWidth)) return simplified(mesh, options, stats);
-    const int exponent = std::ilogb(width);
+    constexpr float kSmallestWidth = 1e-3f, kLargestWidth = 1e9f;
+    const float width = bounds_of_triangles(mesh).width();
+    if (width == 0 || (width >= kSmallestWidth && width <= kLargestWidth))
+        return simplified(mesh, options, stats);
+    const int exponent = std::ilogb(std::min(width, std::numeric_limits<float>::max()));
     Mesh scaled = mesh;
     scale(scaled, -exponent);
     SimplifyOptions scaled_options = options;
@@ -249,4 +244,5 @@ Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* s
     return result;
 }
 
+    if (mesh.triangles.size() <= static_cast<std::size_t>(options.triangles.value_or(0))) return mesh;
 }  // namespace marrow
