@@ -38,13 +38,17 @@ std::size_t undo(EdgeCollapse& collapse, const std::vector<Place>& places, std::
     return undone;
 }
 
-// Finds where the surface passes through itself since the last call.
-std::vector<Place> find_intersections(const EdgeCollapse::Result& result) {
+// Finds where the surface passes through itself since the last call. Reports `fraction`, so that the search
+// can be cancelled.
+std::vector<Place> find_intersections(const EdgeCollapse::Result& result, const Progress& progress,
+                                      double fraction) {
+    report_progress(progress, fraction);
     // Searching from single triangles takes longer for each of them.
     const bool few = result.changed.size() < result.mesh.triangles.size() / 4;
     std::vector<Place> places;
-    for (const auto& [s, t] : few ? SelfIntersections(result.mesh).find_changed(result.changed)
-                                  : find_self_intersections(result.mesh, OneRings(result.mesh))) {
+    for (const auto& [s, t] :
+         few ? SelfIntersections(result.mesh).find_changed(result.changed)
+             : find_self_intersections(result.mesh, OneRings(result.mesh), progress, fraction, fraction)) {
         Place& place = places.emplace_back();
         for (std::size_t c = 0; c < 3; ++c) {
             place[c] = result.old_points[result.mesh.triangles[s][c]];
@@ -58,13 +62,14 @@ std::vector<Place> find_intersections(const EdgeCollapse::Result& result) {
 // as the surface came apart earlier: each time, twice as many are undone. Adds what was undone to `undone`.
 // Sets `changed`, if it is not null, for the triangles that changed since the last
 // call, as in the original mesh.
-EdgeCollapse::Result make_valid(EdgeCollapse& collapse, std::int64_t& undone, std::vector<bool>* changed) {
+EdgeCollapse::Result make_valid(EdgeCollapse& collapse, std::int64_t& undone, std::vector<bool>* changed,
+                                const Progress& progress, double fraction) {
     for (std::size_t count = 1;; count *= 2) {
         EdgeCollapse::Result result = collapse.result();
         if (changed != nullptr) {
             for (const std::uint32_t t : result.changed) (*changed)[result.old_triangles[t]] = true;
         }
-        const std::size_t found = undo(collapse, find_intersections(result), count);
+        const std::size_t found = undo(collapse, find_intersections(result, progress, fraction), count);
         if (found == 0) return result;
         undone += static_cast<std::int64_t>(found);
     }
@@ -88,7 +93,7 @@ Reduced reduce_to(const Mesh& mesh, std::size_t triangles, const Progress& progr
         triangles, static_cast<std::size_t>(kUnguarded * static_cast<double>(mesh.triangles.size())));
     collapse.reduce_to(unguarded, sub_progress(progress, 0, 0.7));
     Reduced reduced;
-    EdgeCollapse::Result result = make_valid(collapse, reduced.undone, nullptr);
+    EdgeCollapse::Result result = make_valid(collapse, reduced.undone, nullptr, progress, 0.7);
     if (result.mesh.triangles.size() > triangles) {
         IntersectionGuard guard(mesh, std::move(result));
         collapse.set_guard(&guard);
@@ -152,7 +157,7 @@ Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error,
     Distances there, back;
     std::optional<Candidate> candidate;
     for (std::size_t count = 1;; count *= 2) {
-        EdgeCollapse::Result result = make_valid(collapse, reduced.undone, &changed);
+        EdgeCollapse::Result result = make_valid(collapse, reduced.undone, &changed, progress, 0.7);
         if (candidate) {
             near_changed.assign(near_changed.size(), false);
             for (const EdgeCollapse::Result* r : {&candidate->result, &result})
@@ -180,12 +185,12 @@ Reduced reduce_within(const Mesh& mesh, std::size_t triangles, double max_error,
 // Multiplies all coordinates by a power of two, which changes nothing else. Points without triangles may be
 // so far away that they must stop before infinity.
 void scale(Mesh& mesh, int exponent) {
+    constexpr float kMost = std::numeric_limits<float>::max();
     for (Vec3f& p : mesh.points) {
         for (float& x : p) x = std::clamp(std::ldexp(x, exponent), -kMost, kMost);
     }
 }
 
-    constexpr float kMost = std::numeric_limits<float>::max();
 Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* stats) {
     const auto triangles = static_cast<std::size_t>(options.triangles.value_or(0));
     // Stages go back, but the progress must not decrease.
@@ -239,10 +244,10 @@ Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* s
     if (mesh.triangles.size() >= std::size_t{1} << 30)
         throw LimitError("simplify: the mesh has 2^30 triangles or more");
     if (stats) *stats = {};
+    if (mesh.triangles.size() <= static_cast<std::size_t>(options.triangles.value_or(0))) return mesh;
     Mesh result;
     with_threads(options.threads, [&] { result = simplified_at_any_scale(mesh, options, stats); });
     return result;
 }
 
-    if (mesh.triangles.size() <= static_cast<std::size_t>(options.triangles.value_or(0))) return mesh;
 }  // namespace marrow

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/progress.h"
 #include "mesh/geometry/bounds.h"
 #include "mesh/intersections/self_intersections.h"
 #include "mesh/intersections/triangle_blocks.h"
@@ -104,10 +105,13 @@ class Retreat {
     }
 
     // Returns how many points are no longer where they were. If it would have to know triangles outside of
-    // the region, it moves none and returns nothing. `pairs` are those of the mesh.
-    std::optional<std::size_t> run(std::vector<TrianglePair> pairs) {
+    // the region, it moves none and returns nothing. `pairs` are those of the mesh. Reports `fraction` in
+    // each round.
+    std::optional<std::size_t> run(std::vector<TrianglePair> pairs, const Progress& progress,
+                                   double fraction) {
         for (TrianglePair& pair : pairs) pair = {index_of(pair[0]), index_of(pair[1])};
         for (int round = 0;; ++round) {
+            report_progress(progress, fraction);
             Numbers moved = corners_that_intersect(pairs);
             for (int ring = 0; ring < round / 2; ++ring) grow(moved);
             if (left_region_) return undo();
@@ -206,11 +210,11 @@ std::size_t hold_back(Mesh& mesh, const OneRings& rings, const std::function<std
             }
         }
         Retreat retreat(mesh, from, triangles_in(*blocks, region.wanted()), &region);
-        if (const std::optional<std::size_t> moved = retreat.run(pairs)) return *moved;
+        if (const std::optional<std::size_t> moved = retreat.run(pairs, progress, end)) return *moved;
     }
     Buffer<std::uint32_t> all(mesh.triangles.size());
     std::iota(all.begin(), all.end(), std::uint32_t{0});
-    return Retreat(mesh, from, std::move(all), nullptr).run(pairs).value();
+    return Retreat(mesh, from, std::move(all), nullptr).run(pairs, progress, end).value();
 }
 
 }  // namespace marrow::internal
