@@ -28,8 +28,9 @@ struct ComponentOptions {
 /// component encloses no volume, so `min_volume` and `cavities` do not apply to it.
 /// `{.count = 1, .cavities = false}` returns the largest component alone.
 ///
-/// Takes nearly linear time. \throw InputError if `count` is below 1, if `min_volume` is negative or NaN, or
-/// if a triangle has an index out of range
+/// Takes nearly linear time. \throw InputError if `count` is below 1, if `min_volume` is negative or NaN, if
+/// a triangle has an index out of range, or if a coordinate is not finite
+/// \throw LimitError if the mesh has 2^32 triangles or more
 MARROW_EXPORT Mesh keep_components(MeshView mesh, const ComponentOptions& options);
 
 }  // namespace marrow

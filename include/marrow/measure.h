@@ -57,7 +57,8 @@ struct TriangleQuality {
     std::int64_t triangles_without_area = 0;
 };
 
-/// Measures the shape of every triangle. \throw InputError if a triangle has an index out of range
+/// Measures the shape of every triangle. \throw InputError if a triangle has an index out of range, or if a
+/// coordinate is not finite
 MARROW_EXPORT TriangleQuality triangle_quality(MeshView mesh);
 
 /// How mean_curvature and roughness run.
@@ -114,7 +115,9 @@ struct DistanceOptions {
 /// other. The points of the triangles are samples for the maximum too.
 ///
 /// The samples depend only on the meshes, and the result has the same bits for any number of threads.
-/// \throw InputError if a mesh has no triangles, if a triangle has an index out of range, or if `samples` < 1
+/// \throw InputError if a mesh has no triangles, if a triangle has an index out of range, if a coordinate is
+/// not finite, or if `samples` < 1
+/// \throw LimitError if a mesh has 2^32 triangles or more, or if the samples do not fit into memory
 /// \throw Cancelled if the progress callback returns false
 MARROW_EXPORT MeshDistance mesh_distance(MeshView a, MeshView b, const DistanceOptions& options = {});
 

@@ -41,13 +41,13 @@ struct SmoothStats {
 ///
 /// Only points move, so the surface stays as closed and as manifold as it was. Where it would pass through
 /// itself, points go back part of the way that they came: MeshCheck::self_intersections does not increase,
-/// and stays 0. Points on open or non-manifold edges do not move. A closed component keeps its shape if its
-/// volume would change by more than half; this happens to specks of a few samples. If the mesh has normals,
-/// they are computed again from the triangles, unless `iterations` is 0. The result has the same bits for any
-/// number of threads.
+/// and stays 0. Points on open or non-manifold edges do not move, nor do points that would move to infinity.
+/// A closed component keeps its shape if its volume would change by more than half; this happens to specks of
+/// a few samples. If the mesh has normals, they are computed again from the triangles, unless `iterations` is
+/// 0. The result has the same bits for any number of threads.
 ///
 /// \throw InputError if `iterations` or `max_move` is negative, if `pass_band` is outside its range, if
-/// `bound` is singular, or if a triangle has an index out of range
+/// `bound` is singular, if a triangle has an index out of range, or if a coordinate is not finite
 /// \throw LimitError if the mesh has 2^32 triangles or more
 /// \throw Cancelled if `progress` returns false
 MARROW_EXPORT Mesh smooth(const Mesh& mesh, const SmoothOptions& options = {}, SmoothStats* stats = nullptr);

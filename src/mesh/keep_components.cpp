@@ -110,6 +110,8 @@ Mesh keep_components(MeshView mesh, const ComponentOptions& options) {
     if (!(options.min_volume >= 0))
         throw InputError("components: the smallest volume must be a number of mm^3 from 0 upwards");
     check_indices(mesh);
+    check_coordinates(mesh.points);
+    check_triangle_count(mesh, "components");
     Mesh result;
     with_threads(options.threads, [&] {
         const Components components = find_components(mesh, OneRings(mesh));

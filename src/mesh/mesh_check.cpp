@@ -37,8 +37,7 @@ void check_input(const MeshView& mesh, const CheckOptions& options) {
     if (options.min_wall && !(*options.min_wall >= 0))
         throw InputError("check: the smallest wall must be a number of mm from 0 upwards");
     check_indices(mesh);
-    if (std::uint64_t{mesh.triangles.size()} >> 32)
-        throw LimitError("check: the mesh has 2^32 triangles or more");
+    check_triangle_count(mesh, "check");
     check_coordinates(mesh.points);
 }
 
@@ -125,6 +124,7 @@ void check_walls(const MeshView& mesh, const std::vector<double>& thickness, Mes
         check.thin_area += area(corners_of(mesh, mesh.triangles[i]));
     }
 }
+
 // Counts the cavities that are in no component.
 std::int64_t count_inverted(const MeshView& mesh, const Components& components) {
     std::vector<const Component*> cavities;
@@ -142,7 +142,6 @@ std::int64_t count_inverted(const MeshView& mesh, const Components& components) 
         },
         [](std::int64_t a, std::int64_t b) { return a + b; });
 }
-
 
 // The counts are independent, so they run at the same time.
 // \pre no triangle has equal indices

@@ -33,6 +33,7 @@ double aspect_ratio(const TriangleCorners& t) {
 
 TriangleQuality triangle_quality(MeshView mesh) {
     check_indices(mesh);
+    check_coordinates(mesh.points);
     TriangleQuality quality;
     if (mesh.triangles.empty()) return quality;
     quality.smallest_angle = 180;

@@ -231,6 +231,10 @@ TEST(Measure, HasTheSameAreaAndVolumeBesideAFirstPointWithoutTriangles) {
 }
 
 TEST(KeepComponents, RejectsInvalidInput) {
+    Mesh nowhere;
+    nowhere.points = {{0, 0, 0}, {1, 0, 0}, {0, std::nanf(""), 0}};
+    nowhere.triangles = {{0, 1, 2}};
+    EXPECT_THROW(keep_components(nowhere, {}), InputError);
     Mesh broken;
     broken.triangles = {{0, 1, 2}};
     EXPECT_THROW(keep_components(broken, {}), InputError);

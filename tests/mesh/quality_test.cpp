@@ -493,6 +493,14 @@ TEST(MeshDistance, IgnoresPointsWithoutTriangles) {
 
 TEST(MeshDistance, RejectsEmptyMeshesAndCanBeCancelled) {
     const Mesh ball = sphere(1, 1);
+    Mesh nowhere = ball;
+    nowhere.points[0][1] = std::nanf("");
+    EXPECT_THROW(mesh_distance(ball, nowhere), InputError);
+    EXPECT_THROW(mesh_distance(nowhere, ball), InputError);
+    EXPECT_THROW(triangle_quality(nowhere), InputError);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // these end the program instead
+    EXPECT_THROW(mesh_distance(ball, ball, {.samples = std::int64_t{1} << 50}), LimitError);
+#endif
     EXPECT_THROW(mesh_distance(ball, {}), InputError);
     EXPECT_THROW(mesh_distance({}, ball), InputError);
     EXPECT_THROW(mesh_distance(ball, ball, {.samples = 0}), InputError);

@@ -138,6 +138,15 @@ TEST(Smooth, ReportsProgressInEachPass) {
     EXPECT_GE(fractions.size(), 20u);
 }
 
+TEST(Smooth, MovesNoPointToInfinity) {
+    for (const float x : {1e30f, 3e38f}) {
+        Mesh mesh = stepped_ball(5);
+        mesh.points[7][1] = x;
+        for (const Vec3f& p : smooth(mesh).points)
+            EXPECT_TRUE(std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]));
+    }
+}
+
 TEST(Smooth, RejectsInvalidInputAndCanBeCancelled) {
     const Mesh mesh = stepped_ball(5);
     EXPECT_THROW(smooth(mesh, {.iterations = -1}), InputError);
@@ -147,6 +156,11 @@ TEST(Smooth, RejectsInvalidInputAndCanBeCancelled) {
     EXPECT_THROW(smooth(mesh, {.pass_band = std::nan("")}), InputError);
     for (const int iterations : {0, 20})
         EXPECT_THROW(smooth(mesh, {.iterations = iterations, .bound = Mat3d{}}), InputError);
+    for (const float x : {std::nanf(""), INFINITY}) {
+        Mesh wrong = mesh;
+        wrong.points[3][2] = x;
+        EXPECT_THROW(smooth(wrong), InputError);
+    }
     EXPECT_THROW(smooth(mesh, {.progress = [](double) { return false; }}), Cancelled);
     EXPECT_TRUE(smooth(mesh, {.iterations = 0}).points == mesh.points);
     EXPECT_TRUE(smooth({}).points.empty());

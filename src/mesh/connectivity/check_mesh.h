@@ -1,6 +1,7 @@
 /// The checks that functions on meshes begin with.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 
@@ -32,6 +33,12 @@ inline void check_indices(const MeshView& mesh) {
 /// \throw InputError if a coordinate is NaN or infinite
 inline void check_coordinates(std::span<const Vec3f> points) {
     if (!all_finite(points)) throw InputError("mesh: a coordinate is NaN or infinite");
+}
+
+/// \throw LimitError if the triangles cannot be numbered with 32 bits. The message begins with `task`.
+inline void check_triangle_count(const MeshView& mesh, const char* task) {
+    if (std::uint64_t{mesh.triangles.size()} >> 32)
+        throw LimitError(std::string(task) + ": the mesh has 2^32 triangles or more");
 }
 
 }  // namespace marrow::internal

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <new>
 #include <numeric>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <marrow/error.h>
@@ -272,6 +274,14 @@ std::vector<Triangle> Distances::measure_again(const SampledMesh& from, const Ch
     return further.all();
 }
 
+void Distances::reserve(std::int64_t samples) {
+    try {
+        of_samples_.reserve(checked_size(static_cast<std::uint64_t>(samples), sizeof(double)));
+    } catch (const std::bad_alloc&) {
+        throw LimitError("mesh distance: " + std::to_string(samples) + " samples do not fit into memory");
+    }
+}
+
 double Distances::mean() const {
     return std::accumulate(of_samples_.begin(), of_samples_.end(), 0.0) /
            static_cast<double>(of_samples_.size());
@@ -288,13 +298,16 @@ MeshDistance mesh_distance(MeshView a, MeshView b, const DistanceOptions& option
     for (const MeshView& mesh : {a, b}) {
         if (mesh.triangles.empty()) throw InputError("mesh distance: a mesh has no triangles");
         check_indices(mesh);
+        check_coordinates(mesh.points);
+        check_triangle_count(mesh, "mesh distance");
     }
+    Distances there, back;
+    for (Distances* const distances : {&there, &back}) distances->reserve(options.samples);
     MeshDistance result;
     with_threads(options.threads, [&] {
         std::optional<SampledMesh> from_a, from_b;
         parallel_invoke([&] { from_a.emplace(a, options.samples); },
                         [&] { from_b.emplace(b, options.samples); });
-        Distances there, back;
         there.measure(*from_a, from_b->tree(), options.progress, 0, 0.5);
         back.measure(*from_b, from_a->tree(), options.progress, 0.5, 1);
         result = symmetric(there, back);

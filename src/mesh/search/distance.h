@@ -71,6 +71,9 @@ class Distances {
                                         const TriangleTree& to, double max_distance, const Progress& progress,
                                         double begin, double end);
 
+    /// Allocates the memory for this many samples, before much time is spent. \throw LimitError
+    void reserve(std::int64_t samples);
+
     double mean() const;                 ///< over the area
     double max() const { return max_; }  ///< of all samples and points
 

@@ -10,6 +10,7 @@
 #include <marrow/error.h>
 #include <marrow/smooth.h>
 
+#include "base/all_finite.h"
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "component_volumes.h"
@@ -116,7 +117,9 @@ Mesh smoothed(const Mesh& mesh, const SmoothOptions& options, SmoothStats& stats
                 const double longest = *options.max_move, size = length(move);
                 if (size > longest) move = (longest / size) * move;
             }
-            result.points[p] = to_float(to_double(mesh.points[p]) + move);
+            const Vec3f moved = to_float(to_double(mesh.points[p]) + move);
+            // Sums of large coordinates overflow.
+            if (all_finite({&moved, 1})) result.points[p] = moved;
         }
     });
     displacements = {};
@@ -140,8 +143,8 @@ Mesh smooth(const Mesh& mesh, const SmoothOptions& options, SmoothStats* stats) 
     if (options.bound && !(std::abs(determinant(*options.bound)) > 0))
         throw InputError("smooth: the matrix of the bound is singular");
     check_indices(mesh);
-    if (std::uint64_t{mesh.triangles.size()} >> 32)
-        throw LimitError("smooth: the mesh has 2^32 triangles or more");
+    check_coordinates(mesh.points);
+    check_triangle_count(mesh, "smooth");
     if (stats) *stats = {};
     if (options.iterations == 0) return mesh;
     Mesh result;
