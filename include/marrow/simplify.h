@@ -12,7 +12,7 @@
 namespace marrow {
 
 /// When to stop. With both limits, simplify stops at the first that it reaches. With neither, it goes on
-/// until no edge can be collapsed.
+/// until hardly any edge can be collapsed.
 struct SimplifyOptions {
     std::optional<std::int64_t> triangles = {};  ///< stop when this many triangles or fewer are left
     std::optional<double> max_error = {};        ///< mm; the largest allowed MeshDistance::max

@@ -22,8 +22,9 @@ struct SmoothOptions {
     /// Geometry::index_to_physical() of the volume that the mesh was extracted from. If it is set, each point
     /// moves at most half a sample along each index axis.
     std::optional<Mat3d> bound = {};
-    std::optional<double> max_move = {};  ///< mm; no point moves further; not set: no limit
-    int threads = 0;                      ///< 0: all
+    /// mm; no point moves further, but for the rounding of coordinates; not set: no limit
+    std::optional<double> max_move = {};
+    int threads = 0;  ///< 0: all
     Progress progress = {};
 };
 
