@@ -12,7 +12,8 @@ namespace marrow::apps {
 bool looks_like_label_map(const Volume& volume);
 
 /// Whether most neighbours along x that are both not `background` are equal. Noise makes those of a scan
-/// differ, while those within a structure of a label map are equal. The samples' type has the background.
+/// differ, while those within a structure of a label map are equal. \pre `background` fits the type of the
+/// samples
 bool has_equal_neighbours(const Volume& volume, std::int64_t background);
 
 }  // namespace marrow::apps

@@ -67,7 +67,8 @@ MARROW_EXPORT std::vector<UnusableDevice> unusable_devices();
 /// Why devices() and unusable_devices() are both empty, such as "no Vulkan driver is installed".
 MARROW_EXPORT std::string why_no_devices();
 
-/// The number in devices() of the device that a user wants, or none for the CPU. `choice` is, in any case,
+/// The number in devices() of the device that a user wants, or none for the CPU. Upper and lower case are the
+/// same. `choice` is
 /// - "cpu";
 /// - "auto": the first GPU of the first DeviceKind that there is, or else the CPU, but never a software
 ///   device;

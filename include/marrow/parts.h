@@ -73,8 +73,8 @@ MARROW_EXPORT PartSurface extract_part(const VolumeView& part, const std::array<
 /// Merges the surfaces of parts, in any order, which together have all cells of a volume, each once: the
 /// bytes of extract_isosurface. Points are equal if their keys are; coordinates are not compared. \pre
 /// extract_part() made the parts. \throw InputError parts of different volumes, some with and some without
-/// normals, or that lack a cell or have one twice; LimitError more than 2^32 - 1 points, or not enough
-/// memory; Cancelled
+/// normals, with more or fewer cells than the volume, or with triangles of the same cell; LimitError more
+/// than 2^32 - 1 points, or not enough memory; Cancelled
 MARROW_EXPORT Mesh merge_parts(std::span<const PartSurface> parts, const Progress& progress = {});
 
 /// Numbers of points and triangles.
@@ -112,7 +112,7 @@ struct PartNumbers {
     std::vector<std::uint32_t> points;
     std::vector<std::uint64_t> triangles;  ///< for each row the number of the first triangle
     bool topology = false;                 ///< as IsosurfaceOptions::topology
-    /// Of the part's counts, by which extract_numbered_part() sees whether the samples are still the same.
+    /// Of the counts of the rows that the part owns: extract_numbered_part() refuses samples with others.
     std::uint64_t counts_hash = 0;
 };
 
@@ -150,7 +150,7 @@ struct NumberedPart {
 };
 
 /// Extracts the surface of a part that was numbered. \throw InputError `numbers` belong to another part, or
-/// the samples have changed since they were counted, so that the part has other points or triangles
+/// the samples have changed since they were counted, so that rows of the part have other numbers of them
 MARROW_EXPORT NumberedPart extract_numbered_part(const VolumeView& part, const PartNumbers& numbers,
                                                  double isovalue, const IsosurfaceOptions& options = {});
 

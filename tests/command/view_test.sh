@@ -28,5 +28,7 @@ fails_with 2 "--measure needs an INPUT" view --measure
 if command -v xvfb-run > /dev/null; then
   screen=("${screen[@]}" xvfb-run -a -s "-extension GLX")
   fails_with 3 "lacks its extension GLX" view
+else
+  echo "skipped: there is no xvfb-run to start a screen without OpenGL"
 fi
 [ "$faults" -eq 0 ]

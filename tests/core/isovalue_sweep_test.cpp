@@ -87,7 +87,7 @@ TEST(Sweep, AgreesWithTheMeshesOfATallStack) {
 }
 
 // Between neighbouring numbers, rounding can turn the order of the samples round.
-TEST(Sweep, AgreesWithTheMeshesOfNeighbouringIsovalues) {
+TEST(Sweep, AscendsWhereRoundingSwapsNeighbouringIsovalues) {
     Volume volume = noise<double>(grid(6, 6, 6), 5, 0, 4000);
     Random random(6);
     int turned = 0;

@@ -303,7 +303,7 @@ TEST(Labels, CanBeCancelledAtAnyTime) {
     const auto calls_until = [&](int most) {
         int calls = 0;
         try {
-            surfaces_of(map, {.relax = 12, .progress = [&](double) { return ++calls < most; }});
+            surfaces_of(map, {.relax = 12, .threads = 1, .progress = [&](double) { return ++calls < most; }});
         } catch (const Cancelled&) {
             EXPECT_EQ(calls, most);
             return calls;

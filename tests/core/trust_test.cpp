@@ -210,6 +210,16 @@ TEST(Noise, AirInTheFirstSlicesIsNoTissue) {
     }
 }
 
+// Tissue is first sought in every fourth row. Here these are of air, and so a part of each window is.
+TEST(Noise, IsUnknownWhereAirIsInEachWindow) {
+    Random random(9);
+    std::normal_distribution<float> noise(0, 20);
+    const Volume volume = sampled<std::int16_t>(grid(140, 300, 12), [&](auto, auto y, auto) {
+        return y % 4 == 0 ? -1024 : std::lround(50 + noise(random));
+    });
+    EXPECT_EQ(estimate_noise(volume).windows, 0);
+}
+
 TEST(Noise, IsUnknownWithoutAWindow) {
     const Volume volume = sampled<float>(grid(5, 5, 5), [](auto x, auto, auto) { return x; });
     const NoiseEstimate found = estimate_noise(volume);

@@ -350,7 +350,7 @@ TEST_F(ReadGlb, RefusesNumbersThatDoNotFit) {
     expect_refused("\"mesh\":0", "\"mesh\":1", "missing element of its meshes");
     expect_refused("\"nodes\":[0]", "\"nodes\":[7]", "missing element of its nodes");
     expect_refused("5121", "5120", "component type 5120");
-    expect_refused("{\"asset\"", "[\"asset\"", "not a JSON object");
+    expect_refused("{\"asset\"", "[\"asset\"", "JSON is not an object");
 }
 
 TEST_F(ReadGlb, RefusesUnsupportedFeatures) {
@@ -371,7 +371,7 @@ TEST_F(ReadGlb, RefusesUnsupportedFeatures) {
                                           return nested;
                                       }()})
         EXPECT_NE(refusal(file("a.glb", glb(opened, ""))).find("nested too deeply"), std::string::npos);
-    EXPECT_NE(refusal(file("a.glb", glb("[1,2", ""))).find("not valid JSON"), std::string::npos);
+    EXPECT_NE(refusal(file("a.glb", glb("[1,2", ""))).find("JSON is not valid"), std::string::npos);
 }
 
 }  // namespace

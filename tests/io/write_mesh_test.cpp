@@ -330,7 +330,7 @@ TEST(WriteMesh, TheLongestNumbersFit) {
 TEST(WriteMesh, AnItemThatIsLongerThanItsWriterStatesIsNoticed) {
     internal::io::MeshOutput nowhere([](const void*, std::size_t) {}, {});
     const auto write_two_bytes = [](std::size_t, char* to) { return std::fill_n(to, 2, 'x'); };
-    EXPECT_NO_THROW(nowhere.items<2>(8, 0, 1, write_two_bytes));  // keeps the memory of 16 bytes
+    EXPECT_NO_THROW(nowhere.items<2>(8, 0, 1, write_two_bytes));
     EXPECT_THROW(nowhere.items<1>(8, 0, 1, write_two_bytes), std::logic_error);
 }
 

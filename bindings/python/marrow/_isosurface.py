@@ -131,9 +131,10 @@ def extract(
         if walls.area > 0:
             mesh = surface_of(volume_of(walls.restore(), volume.info)._native(), again)
         elif again is not None:
-            answer = again(1.0)
+            answer = again(0.0)
             if isinstance(answer, (bool, np.bool_)) and not answer:
                 raise Cancelled("cancelled")
+            again(1.0)
     if trust:
         report = _marrow.trust(
             samples,

@@ -81,6 +81,10 @@ Geometry with_axes(const Geometry& before, const std::array<std::size_t, 3>& axe
     return geometry;
 }
 
+bool is_same(const Geometry& a, const Geometry& b) {
+    return a.dims == b.dims && a.spacing == b.spacing && a.origin == b.origin && a.direction == b.direction;
+}
+
 // An array, indexed [k, j, i], that takes the samples of a volume over.
 py::array array_of(Volume&& volume) {
     const auto [nx, ny, nz] = volume.geometry().dims;
@@ -128,13 +132,13 @@ ArrayVolume::ArrayVolume(py::array array, const Geometry& placement, const Resca
         layout = Layout(array_);
         is_copy_ = true;
     }
-    Geometry geometry = placement;
+    placement_ = placement;
     for (std::size_t m = 0; m < 3; ++m) {
-        geometry.dims[m] = array_.shape(static_cast<py::ssize_t>(2 - m));
+        placement_.dims[m] = array_.shape(static_cast<py::ssize_t>(2 - m));
         axes_[m] = static_cast<std::size_t>(2 - layout.axes[m]);
     }
     backward_ = layout.backward;
-    view_.geometry = with_axes(geometry, axes_, backward_);
+    view_.geometry = with_axes(placement_, axes_, backward_);
     view_.data = layout.first;
     view_.pitch = layout.pitch(array_.itemsize());
     view_.rescale = rescale;
@@ -148,7 +152,10 @@ py::tuple ArrayVolume::to_python(Volume&& volume) const {
         axes[axes_[m]] = m;
         backward[axes_[m]] = backward_[m];
     }
-    const Geometry geometry = with_axes(volume.geometry(), axes, backward);
+    // There and back, the origin of backward axes would be rounded.
+    const Geometry geometry = is_same(volume.geometry(), view_.geometry)
+                                  ? placement_
+                                  : with_axes(volume.geometry(), axes, backward);
     const Rescale rescale = volume.rescale();
     py::array array = array_of(std::move(volume));
     array = array.attr("transpose")(2 - axes[2], 2 - axes[1], 2 - axes[0]);

@@ -37,6 +37,7 @@ class ArrayVolume {
   private:
     pybind11::array array_;
     VolumeView view_;
+    Geometry placement_;
     std::array<std::size_t, 3> axes_{0, 1, 2};  // those of (i, j, k) that the view's axes are
     std::array<bool, 3> backward_{};            // which of these run the other way
     bool is_copy_ = false;

@@ -110,13 +110,14 @@ def test_crop_copies_labels_beyond_2_53(label_map):
 @pytest.mark.parametrize("transpose", [(0, 1, 2), (2, 0, 1)])
 def test_filters_of_any_memory_order_agree(ball, transpose):
     view = np.transpose(ball, transpose)[::-1]
-    volume = marrow.Volume(view, spacing=(1, 2, 3), origin=(4, 5, 6))
-    same = marrow.Volume(view.copy(), spacing=(1, 2, 3), origin=(4, 5, 6))
+    volume = marrow.Volume(view, spacing=(1.1, 2.3, 3.7), origin=(0.1, 5, 6))
+    same = marrow.Volume(view.copy(), spacing=(1.1, 2.3, 3.7), origin=(0.1, 5, 6))
     medians = [marrow.median_filter(v, 1) for v in (volume, same)]
     crops = [marrow.crop(v, (10, 20, 30), (25, 60, 90)) for v in (volume, same)]
     for results in medians, crops:
         assert np.array_equal(results[0].array, results[1].array)
         assert np.allclose(results[0].affine, results[1].affine)
+    assert np.array_equal(medians[0].affine, volume.affine)
     blurred = [marrow.gaussian_filter(v, 2).array for v in (volume, same)]
     assert np.allclose(blurred[0], blurred[1], atol=0.01)
     results = [marrow.resample_isotropic(median, 0.9) for median in medians]

@@ -14,22 +14,28 @@ SnapExceptions::Sample SnapExceptions::sample_nearest_to(const Vec3f& point) con
     return {nearest(2) + bits.first_z, nearest(1) + bits.first_y, nearest(0) + bits.first_x};
 }
 
-std::set<SnapExceptions::Sample> SnapExceptions::samples_around(const Mesh& mesh, const Triangle& triangle,
-                                                                std::int64_t rings) const {
-    std::set<Sample> samples;
+template <class F>
+bool SnapExceptions::for_each_sample_around(const Mesh& mesh, const Triangle& triangle, std::int64_t rings,
+                                            const F& f) const {
     for (const std::uint32_t p : triangle) {
         const auto [z, y, x] = sample_nearest_to(mesh.points[p]);
         for (std::int64_t k = z - rings; k <= z + rings; ++k) {
             for (std::int64_t j = y - rings; j <= y + rings; ++j) {
-                for (std::int64_t i = x - rings; i <= x + rings; ++i) samples.insert({k, j, i});
+                for (std::int64_t i = x - rings; i <= x + rings; ++i)
+                    if (!f(Sample{k, j, i})) return false;
             }
         }
     }
-    return samples;
+    return true;
 }
 
 void SnapExceptions::add(const Mesh& mesh, const Triangle& triangle, std::int64_t rings) {
-    for (const Sample& sample : samples_around(mesh, triangle, rings)) {
+    std::set<Sample> samples;  // those around two corners count once
+    for_each_sample_around(mesh, triangle, rings, [&](const Sample& sample) {
+        samples.insert(sample);
+        return true;
+    });
+    for (const Sample& sample : samples) {
         changed_slices_.insert(sample[0]);
         if (!unmerged_.insert(sample).second) unwidened_.insert(sample);
     }
@@ -38,9 +44,8 @@ void SnapExceptions::add(const Mesh& mesh, const Triangle& triangle, std::int64_
 // A point is less than an edge away from its sample, and a corner of a cap from where it was before: both
 // are among the samples next to the nearest one, and with room for rounding among those after next.
 bool SnapExceptions::are_exhausted(const Mesh& mesh, const Triangle& triangle) const {
-    const std::set<Sample> samples = samples_around(mesh, triangle, 2);
-    return std::all_of(samples.begin(), samples.end(),
-                       [&](const Sample& sample) { return unwidened_.count(sample) > 0; });
+    return for_each_sample_around(mesh, triangle, 2,
+                                  [&](const Sample& sample) { return unwidened_.count(sample) > 0; });
 }
 
 void SnapExceptions::forbid_merging(const SliceMerge& merge) const {

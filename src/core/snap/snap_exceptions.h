@@ -44,7 +44,11 @@ class SnapExceptions {
 
     Sample sample_nearest_to(const Vec3f& point) const;
     // The samples nearest to the corners of a triangle, and those up to `rings` further away.
-    std::set<Sample> samples_around(const Mesh& mesh, const Triangle& triangle, std::int64_t rings) const;
+    // Calls f for the samples up to `rings` from those nearest to the corners, until it returns false.
+    // Returns whether it never did.
+    template <class F>
+    bool for_each_sample_around(const Mesh& mesh, const Triangle& triangle, std::int64_t rings,
+                                const F& f) const;
 
     const EmitInput& input_;
     const Mat3d to_index_;

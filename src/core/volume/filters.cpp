@@ -139,14 +139,15 @@ std::int64_t resampled_count(std::int64_t n, double step) {
 // The taps that interpolate `count` new samples `step` old ones apart. Beyond the ends the last sample is
 // repeated.
 Taps cubic_taps(std::int64_t n, std::int64_t count, double step) {
-    constexpr double kRounding = 1e-9;
     Taps taps(static_cast<std::size_t>(count));
     for (std::int64_t i = 0; i < count; ++i) {
-        const double position = static_cast<double>(i) * step, below = std::floor(position + kRounding);
-        const double fraction = std::max(position - below, 0.0);
+        double position = static_cast<double>(i) * step;
+        const double nearest = std::round(position);
+        if (std::abs(position - nearest) <= kSpacingRounding * std::max(nearest, 1.0)) position = nearest;
+        const double below = std::floor(position), fraction = position - below;
         for (std::int64_t offset = -1; offset <= 2; ++offset) {
             const double weight =
-                fraction < kRounding ? (offset == 0) : cubic(static_cast<double>(offset) - fraction);
+                fraction == 0 ? (offset == 0) : cubic(static_cast<double>(offset) - fraction);
             if (weight == 0) continue;
             const auto index = static_cast<std::int64_t>(below) + offset;
             taps[static_cast<std::size_t>(i)].push_back({std::clamp<std::int64_t>(index, 0, n - 1), weight});

@@ -32,8 +32,8 @@ class ByteStream {
     std::size_t read_some(void* to, std::size_t size);
     /// Reads `size` bytes. \throw the errors of read_some; InputError the file ends early
     void read(void* to, std::size_t size);
-    /// Passes over bytes: at once, or if they are compressed, in pieces, of which each calls passed(bytes).
-    /// \throw the errors of read_some and passed(); InputError compressed data end early
+    /// Skips bytes. Compressed ones are read in pieces, with a call of passed(bytes) after each. \throw the
+    /// errors of read_some and passed(); InputError compressed data end early
     void skip(std::uint64_t size, const std::function<void(std::size_t)>& passed);
     /// Continues at an offset of the file. \pre it is not compressed
     void seek(std::uint64_t offset);

@@ -17,8 +17,8 @@ nlohmann::json parse_json_object(std::string_view text, const Refuse& refuse) {
         return true;
     };
     nlohmann::json json = nlohmann::json::parse(text, check_depth, false);
-    if (json.is_discarded()) refuse("is not valid JSON");
-    if (!json.is_object()) refuse("is not a JSON object");
+    if (json.is_discarded()) refuse("its JSON is not valid");
+    if (!json.is_object()) refuse("its JSON is not an object");
     return json;
 }
 

@@ -18,7 +18,7 @@ namespace marrow::internal::io {
 /// The first character of a text that is not empty, in UTF-8.
 struct Character {
     std::string_view bytes;  ///< a single one if it is not valid
-    bool is_valid = false;   ///< not of a surrogate or noncharacter either
+    bool is_valid = false;   ///< false also for surrogates, U+FFFE, U+FFFF and the like
     bool is_control = false;
 };
 Character first_character(std::string_view text);

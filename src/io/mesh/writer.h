@@ -66,14 +66,17 @@ class MeshOutput {
     template <std::size_t MaxBytes, class Encode>
     void items(std::size_t count, double from, double until, Encode encode) {
         constexpr std::size_t kBlock = (std::size_t{1} << 20) / MaxBytes;
-        block_.resize(std::min(kBlock, count) * MaxBytes);
+        block_.resize((std::min(kBlock, count) + 1) * MaxBytes);  // room to notice one that is too long
         for (std::size_t first = 0; first < count; first += kBlock) {
             const std::size_t last = std::min(first + kBlock, count);
             char* end = block_.data();
-            for (std::size_t i = first; i < last; ++i) end = encode(i, end);
-            const auto bytes = static_cast<std::size_t>(end - block_.data());
-            if (bytes > (last - first) * MaxBytes) throw std::logic_error("a mesh's item is too long");
-            write_(block_.data(), bytes);
+            for (std::size_t i = first; i < last; ++i) {
+                char* const item = end;
+                end = encode(i, item);
+                if (static_cast<std::size_t>(end - item) > MaxBytes)
+                    throw std::logic_error("a mesh's item is too long");
+            }
+            write_(block_.data(), static_cast<std::size_t>(end - block_.data()));
             const double fraction =
                 from + (until - from) * static_cast<double>(last) / static_cast<double>(count);
             report_progress(progress_, share_begin_ + (share_end_ - share_begin_) * fraction);

@@ -293,7 +293,7 @@ void read_geometry(const Header& header, const std::vector<double>& sizes, RawIm
 std::vector<std::string> pattern_files(const Header& header, const std::vector<std::string_view>& parts,
                                        double most) {
     const auto number = [&](std::size_t part) {
-        constexpr std::int64_t kLargest = 1'000'000'000;
+        constexpr std::int64_t kLargest = 1'000'000'000'000'000'000;  // so that sums do not overflow
         const auto value = parse_integer(parts[part]);
         return value && *value >= -kLargest && *value <= kLargest ? value : std::nullopt;
     };
