@@ -29,8 +29,8 @@ using LabelTable = std::map<std::int64_t, LabelEntry>;
 /// | plain                       | `label name`, separated by spaces, tabs or commas          |
 ///
 /// Numbers after the name are ignored unless they are a colour of three or four numbers. A name may end in a
-/// number if no other number follows, if it is in quotes, if commas or tabs separate it from the colour, or
-/// if there are five numbers and the last is an alpha of 255.
+/// number if it is in quotes, if commas or tabs separate it from the colour, or if there are five numbers and
+/// the last is an alpha of 255.
 /// \throw IoError the file cannot be read; InputError a line has another form, a label occurs twice, or some
 /// colours have an alpha and others do not, so that a number may belong to a name without quotes
 MARROW_EXPORT LabelTable read_label_table(const std::filesystem::path& file);

@@ -68,9 +68,6 @@ TEST(LabelTable, NamesCanEndInNumbers) {
     const LabelTable table = table_of(
         "1,vertebra 1,255,0,0\n2\tvertebra 2\t255\t0\t0\t255\n3 vertebra 3 255 0 0 255\n"
         "4 \"vertebra 4\" 255 0 0\n5;\"vertebra 5\";255;0;0\n6, vertebra 6, 255, 0, 0\n");
-    EXPECT_EQ(table_of("1 vertebra 1\n").at(1).name, "vertebra 1");
-    EXPECT_EQ(table_of("1,vertebra 1\n").at(1).name, "vertebra 1");
-    EXPECT_EQ(table_of("1,vertebra,27\n").at(1).name, "vertebra");
     ASSERT_EQ(table.size(), 6u);
     for (const auto& [label, entry] : table) {
         EXPECT_EQ(entry.name, "vertebra " + std::to_string(label));

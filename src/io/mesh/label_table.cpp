@@ -112,7 +112,6 @@ Line parse(const std::vector<Word>& words) {
         if (!word.number()) break;
         fields += fields == numbers && word.field ? 1 : 0;
     }
-    if (numbers == 1 && fields == 0) numbers = 0;  // "vertebra 1"
     const bool bare = fields < 3;
     if (!bare)
         numbers = fields;
