@@ -268,9 +268,18 @@ bool EdgeCollapse::has_few_triangles(std::uint32_t point) const {
 }
 
 // Whether the collapse would turn a small component inside out: no triangle need flip if the point goes to
-// the other side of those opposite to it. Looks only at components whose points are all in the rings of the
-// edge, which belong to the region. Larger ones hardly ever turn, as they would pass through themselves.
+// the other side of those opposite to it. Looks only at components without handles whose points are all in
+// the rings of the edge, which belong to the region. Larger ones hardly ever turn, as they would pass through
+// themselves.
 bool EdgeCollapse::inverts_component(Half h, const Vec3d& there, Region& region) const {
+    // The degrees of such a component tell, and are at hand: those of v points add up to 6 v - 12.
+    std::size_t degrees = 0;
+    for (const Ring* ring : {&region.from_ring, &region.to_ring}) {
+        for (std::size_t k = 0; k < ring->size; ++k) degrees += points_[ring->points[k]].degree;
+    }
+    for (const Half towards : {next(h), next(twin(h))}) degrees -= points_[to(towards)].degree;
+    const std::size_t points = region.from_ring.size + region.to_ring.size - 2;
+    if (degrees != 6 * points - 12) return false;
     const std::uint32_t ends[2] = {from(h), to(h)};
     const auto is_in = [](std::uint32_t p, const Ring& ring) {
         return std::find(ring.points, ring.points + ring.size, p) != ring.points + ring.size;
