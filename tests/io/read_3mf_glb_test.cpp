@@ -350,7 +350,7 @@ TEST_F(ReadGlb, RefusesNumbersThatDoNotFit) {
     expect_refused("\"mesh\":0", "\"mesh\":1", "missing element of its meshes");
     expect_refused("\"nodes\":[0]", "\"nodes\":[7]", "missing element of its nodes");
     expect_refused("5121", "5120", "component type 5120");
-    expect_refused("{\"asset\"", "[\"asset\"", "JSON is not an object");
+    expect_refused("{\"asset\"", "[\"asset\"", "JSON is not valid");
 }
 
 TEST_F(ReadGlb, RefusesUnsupportedFeatures) {
