@@ -99,7 +99,7 @@ void fail_each(const std::vector<std::string>& command, const TemporaryFolder& f
             EXPECT_GT(n, 1) << "no " << call << " at all";
             return;
         }
-        // A short transfer is no failure, and neither is a folder that may not be opened once the file is there.
+        // A short transfer is no failure, and neither is a folder that may not be opened after the rename.
         if (error == 0 || (error == EACCES && process.code == 0)) {
             EXPECT_EQ(process.code, 0) << process.err;
             EXPECT_TRUE(read_file(mesh) == whole);
