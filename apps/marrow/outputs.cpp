@@ -2,7 +2,6 @@
 #include "outputs.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -18,11 +17,6 @@
 namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
-
-std::string lower_case(std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
 
 // Meshes in the folder of a scan may be overwritten. Pictures, tables and DICOM files there may belong to the
 // scan, and so may DICOM files and metadata of Zarr in folders below it. Files are compared, not their paths,

@@ -2,7 +2,6 @@
 #include "values.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -50,8 +49,8 @@ Value number_that(std::string name, std::string expected, To& to, bool (*accepts
 
 // The bytes in a unit of memory: none, "K", "KiB" or "KB", and the same with M, G and T, in any case. Only
 // "KB" and its like are decimal.
-std::optional<double> bytes_in(std::string unit) {
-    for (char& c : unit) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+std::optional<double> bytes_in(const std::string& text) {
+    const std::string unit = lower_case(text);
     if (unit.empty() || unit == "b") return 1;
     const std::size_t power = std::string_view("kmgt").find(unit.front()) + 1;
     const std::string rest = unit.substr(1);
@@ -60,6 +59,13 @@ std::optional<double> bytes_in(std::string unit) {
 }
 
 }  // namespace
+
+std::string lower_case(std::string text) {
+    for (char& c : text) {
+        if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+    }
+    return text;
+}
 
 std::optional<double> parse_number(std::string_view text) {
     const auto value = parse_all<double>(text);

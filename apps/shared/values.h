@@ -23,6 +23,9 @@ struct Value {
     bool may_be_left = false;  ///< the option may stand alone; `store` then receives an empty text
 };
 
+/// Text with its ASCII letters in lower case.
+std::string lower_case(std::string text);
+
 /// A finite number, with a point whatever the locale, and nothing after it.
 std::optional<double> parse_number(std::string_view text);
 

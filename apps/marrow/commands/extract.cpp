@@ -2,7 +2,6 @@
 #include "extract.h"
 
 #include <algorithm>
-#include <cctype>
 
 #include <fmt/format.h>
 
@@ -29,8 +28,7 @@ Value isovalue_value(std::vector<SurfaceRequest>& to) {
 
 Value preset_value(std::vector<SurfaceRequest>& to) {
     const auto store = [&to](const std::string& text) {
-        std::string name = text;  // in any case
-        for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        const std::string name = lower_case(text);
         const Preset* preset = find_preset(name);
         to.push_back({name, {}, preset});
         return preset != nullptr;

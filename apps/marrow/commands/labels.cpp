@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -92,11 +91,6 @@ std::vector<std::string> names_of(const Labels& labels) {
                                  meant.empty() ? ": it has " + list_labels(labels) : meant));
 }
 
-std::string lower(std::string text) {
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
-
 std::string trimmed(const std::string& text) {
     const std::size_t begin = std::min(text.find_first_not_of(' '), text.size());
     return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
@@ -112,7 +106,7 @@ void choose_labels(const std::string& only, Labels& labels) {
         }
         bool found = false;
         for (auto& [label, one] : labels) {
-            if (lower(wanted) == lower(one.name)) one.wanted = found = true;
+            if (lower_case(wanted) == lower_case(one.name)) one.wanted = found = true;
         }
         return found;
     };

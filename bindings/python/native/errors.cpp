@@ -4,6 +4,8 @@
 
 #include <marrow/gpu.h>
 
+#include "text.h"
+
 namespace py = pybind11;
 
 namespace marrow::python {
@@ -30,12 +32,7 @@ PyObject* add(py::module_& module, const char* name, const char* doc, const py::
 
 // Raises an error, also if a word of a file in its message is not UTF-8.
 void raise(PyObject* type, const std::exception& error) {
-    const std::string message = error.what();
-    PyObject* const text =
-        PyUnicode_DecodeUTF8(message.data(), static_cast<Py_ssize_t>(message.size()), "replace");
-    if (text == nullptr) return;
-    PyErr_SetObject(type, text);
-    Py_DECREF(text);
+    PyErr_SetObject(type, readable(error.what()).ptr());
 }
 
 void translate(std::exception_ptr exception) {

@@ -61,8 +61,8 @@ std::string quoted_text(std::string_view& line) {
     return text;
 }
 
-// Splits a line at spaces, tabs, commas and semicolons. Text in quotes is one word, and so is nothing between
-// two commas.
+// Splits a line at spaces, tabs, commas and semicolons. Text in quotes is one word. Two commas have an empty
+// word between them.
 std::vector<Word> words_of(std::string_view line) {
     constexpr std::string_view kBetween = " \t\r,;";
     std::vector<Word> words;
@@ -164,8 +164,8 @@ LabelTable read_label_table(const std::filesystem::path& file) {
 }
 
 std::array<double, 3> default_label_colour(std::int64_t label) {
-    // Hues at steps of the golden section differ from all hues shortly before. The product with a large label
-    // has no digits left for its fraction as a double, but has them as an integer of 2^64ths.
+    // Hues at steps of the golden section differ from all hues shortly before. For a large label, a double
+    // would have no digits left for the fraction of the product, so that fraction is computed in 64 bits.
     constexpr double kGolden = 0.61803398874989485, kSaturation = 0.55, kValue = 0.92;
     const bool is_large = label != static_cast<std::int32_t>(label);
     const double turns =
