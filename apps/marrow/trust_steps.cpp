@@ -106,11 +106,8 @@ std::string trust_lines(const Surface& surface) {
 
 std::optional<std::string> thin_wall_warning(const Surface& surface, Space space) {
     if (!surface.thin_walls || surface.thin_walls->restored) return {};
-    std::optional<std::string> warning =
-        thin_walls_warning(surface.thin_walls->found, surface.isovalue, space);
-    if (warning && !surface.thin_walls->noise_is_known)
-        *warning += "; the noise of the scan is unknown, so some of it may be noise";
-    return warning;
+    return thin_walls_warning(surface.thin_walls->found, surface.thin_walls->noise_is_known, surface.isovalue,
+                              space);
 }
 
 }  // namespace marrow::apps

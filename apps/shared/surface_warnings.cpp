@@ -100,15 +100,17 @@ std::string assumed_hounsfield_warning(ScanFormat format, double lowest_sample) 
         scan_format_name(format), lowest_sample);
 }
 
-std::optional<std::string> thin_walls_warning(const ThinWalls& found, double isovalue, Space space) {
+std::optional<std::string> thin_walls_warning(const ThinWalls& found, bool noise_is_known, double isovalue,
+                                              Space space) {
     if (found.walls.empty()) return {};
     const double sign = space == Space::RAS ? -1 : 1;
     const auto& [at, area] = found.walls.front();
     return fmt::format(
         "{} beside the surface are walls that are too thin for the scan and fall below isovalue {:g}; the "
         "largest has {:.0f} mm2 at {:.1f}, {:.1f}, {:.1f} mm: --keep-thin restores them, --no-alarm does not "
-        "look for them",
-        thin_walls_text(found), isovalue, area, sign * at[0], sign * at[1], at[2]);
+        "look for them{}",
+        thin_walls_text(found), isovalue, area, sign * at[0], sign * at[1], at[2],
+        noise_is_known ? "" : "; the noise of the scan is unknown, so some of it may be noise");
 }
 
 std::string thin_walls_text(const ThinWalls& found) {

@@ -45,8 +45,10 @@ std::optional<std::string> border_warning(double isovalue, const Volume& scan);
 /// and that they are taken for such.
 std::string assumed_hounsfield_warning(ScanFormat format, double lowest_sample);
 
-/// Warns of walls that are too thin for the scan, with the place of the largest in `space`.
-std::optional<std::string> thin_walls_warning(const ThinWalls& found, double isovalue, Space space);
+/// Warns of walls that are too thin for the scan, with the place of the largest in `space`. Where the noise is
+/// not known, some of them may be noise.
+std::optional<std::string> thin_walls_warning(const ThinWalls& found, bool noise_is_known, double isovalue,
+                                              Space space);
 
 /// The area and number of thin walls: "123 mm2 in 4 places".
 std::string thin_walls_text(const ThinWalls& found);

@@ -8,6 +8,7 @@
 #include <marrow/isosurface.h>
 #include <marrow/thin_walls.h>
 #include <marrow/tissue_presets.h>
+#include <marrow/trust.h>
 #include <marrow/volume_filters.h>
 
 #include "shared/library_options.h"
@@ -17,22 +18,27 @@
 namespace marrow::viewer {
 namespace {
 
-// Walls of bone are looked for beside the surface as it was extracted.
+// Walls of bone are looked for beside the surface as it was extracted. Their search estimates the noise of the
+// scan, unless an earlier one did.
 std::optional<ThinWalls> thin_walls_of(const MeshWriter::File& file, const Volume& scan,
-                                       const MeshWriter::Source& source, const Progress& progress) {
+                                       const MeshWriter::Source& source, std::optional<NoiseEstimate>& noise,
+                                       const Progress& progress) {
     if (file.object.name != "bone") return {};
+    if (!noise) noise = estimate_noise(scan, {.progress = progress});
     Mesh extracted;
     if (source.refined)
         extracted =
             extract_isosurface(scan, file.shape->isovalue,
                                {.closed = !source.open, .topology = source.topology, .progress = progress});
     const Mesh& mesh = source.refined ? extracted : *file.shape->mesh;
-    return find_thin_walls(scan, file.shape->isovalue, mesh, {.progress = progress});
+    return find_thin_walls(scan, file.shape->isovalue, mesh, {.noise = noise->sigma, .progress = progress});
 }
 
-// The warnings that the command line would give, one per line. `walls` has those beside each file's surface.
+// The warnings that the command line would give, one per line. `walls` has those beside each file's surface,
+// which were found with `noise`.
 QString warnings_of(const std::vector<MeshWriter::File>& files,
-                    const std::vector<std::optional<ThinWalls>>& walls, const Volume& scan,
+                    const std::vector<std::optional<ThinWalls>>& walls,
+                    const std::optional<NoiseEstimate>& noise, const Volume& scan,
                     const MeshWriter::Source& source, Space space) {
     std::vector<apps::MeshFile> meshes;
     double lowest = files.front().shape->isovalue;
@@ -54,7 +60,8 @@ QString warnings_of(const std::vector<MeshWriter::File>& files,
     add(apps::large_coordinates_warning(meshes, scan.geometry()));
     if (!source.open) add(apps::border_warning(lowest, scan));
     for (std::size_t i = 0; i < files.size(); ++i)
-        if (walls[i]) add(apps::thin_walls_warning(*walls[i], files[i].shape->isovalue, space));
+        if (walls[i])
+            add(apps::thin_walls_warning(*walls[i], noise->windows > 0, files[i].shape->isovalue, space));
     return lines.join('\n');
 }
 
@@ -93,10 +100,11 @@ void MeshWriter::write(std::vector<File> files, Space space, Source source) {
             if (source.crop) part = crop(whole, source.crop->first, source.crop->last);
             const Volume& scan = source.crop ? part : whole;
             std::vector<std::optional<ThinWalls>> walls;
+            std::optional<NoiseEstimate> noise;
             MeshFiles set;
             for (; done < files.size(); ++done) {
                 const File& file = files[done];
-                walls.push_back(thin_walls_of(file, scan, source,
+                walls.push_back(thin_walls_of(file, scan, source, noise,
                                               [&](double) { return !cancelled_ && job_progress(0); }));
                 const ThinWalls* const found = walls.back() ? &*walls.back() : nullptr;
                 MeshObject object = file.object;
@@ -108,7 +116,7 @@ void MeshWriter::write(std::vector<File> files, Space space, Source source) {
                 }
                 set.write({&object, 1}, file.path, {space, progress});
             }
-            const QString warnings = warnings_of(files, walls, scan, source, space);
+            const QString warnings = warnings_of(files, walls, noise, scan, source, space);
             set.commit();
             const QString first = QString::fromStdString(files.front().path.string());
             end(files.size() > 1 ? tr("Wrote %1 and %2 more.").arg(first).arg(files.size() - 1)
