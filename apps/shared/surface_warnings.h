@@ -45,8 +45,8 @@ std::optional<std::string> border_warning(double isovalue, const Volume& scan);
 /// and that they are taken for such.
 std::string assumed_hounsfield_warning(ScanFormat format, double lowest_sample);
 
-/// Warns of walls that are too thin for the scan, with the place of the largest in `space`. Where the noise is
-/// not known, some of them may be noise.
+/// Warns of walls that are too thin for the scan, with the place of the largest in `space`. If the noise is
+/// unknown, some of them may be noise.
 std::optional<std::string> thin_walls_warning(const ThinWalls& found, bool noise_is_known, double isovalue,
                                               Space space);
 

@@ -47,9 +47,8 @@ struct IsosurfaceStats {
 /// asymptotic decider (Nielson and Hamann 1991), and within a cell by a tunnel, by Cayley's hyperdeterminant.
 /// The decisions are exact for sample - isovalue rounded to double, and in ties they are those of an isovalue
 /// that is lower by an infinitely small amount. So the surface has the components, holes and handles of the
-/// trilinear interpolant. It is a manifold as well: some cells get one point or six points inside. In a cell
-/// with a narrow tunnel, triangles may pass through each other. Where a sample is not finite, faces stay
-/// separated.
+/// trilinear interpolant. It is a manifold as well: some cells get one point or six points inside. Where a
+/// sample is not finite, faces stay separated.
 ///
 /// With `snap`, if an edge crosses the surface within that fraction of a sample, the points on all edges of
 /// the sample merge into one point between them. If the surface would not stay manifold, they move to that

@@ -18,8 +18,8 @@
 namespace marrow::viewer {
 namespace {
 
-// Walls of bone are looked for beside the surface as it was extracted. Their search estimates the noise of the
-// scan, unless an earlier one did.
+// Walls of bone are looked for beside the surface as it was extracted. The first search estimates the noise
+// of the scan.
 std::optional<ThinWalls> thin_walls_of(const MeshWriter::File& file, const Volume& scan,
                                        const MeshWriter::Source& source, std::optional<NoiseEstimate>& noise,
                                        const Progress& progress) {

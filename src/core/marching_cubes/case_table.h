@@ -20,6 +20,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "core/grid/cell.h"
 
@@ -74,6 +75,11 @@ struct CellShape {
     std::array<std::uint8_t, kMaxLoops> loop_ends{};
     /// Three edge numbers, or kInnerPoint, per triangle.
     std::array<std::uint8_t, 3 * kMaxTriangles> corners{};
+
+    std::span<const std::uint8_t> loop(std::size_t k) const {
+        const std::size_t first = k == 0 ? 0 : loop_ends[k - 1];
+        return {loop_edges.data() + first, loop_ends[k] - first};
+    }
 };
 
 /// The table, indexed by case. In the mirrored one every triangle is turned over, for index-to-physical maps

@@ -10,6 +10,7 @@
 #include "corner_samples.h"
 #include "inner_normals.h"
 #include "inner_points.h"
+#include "tunnel_triangles.h"
 
 namespace marrow::internal {
 
@@ -115,7 +116,7 @@ std::uint32_t* AmbiguousCells::emit_triangles(std::size_t row, const AmbiguousCe
     const auto id = [&](std::uint8_t corner) {
         return corner < kCellEdges ? edge_ids[corner] : first_inner + (corner - kCellEdges);
     };
-    const auto emit = [&](const std::uint8_t* corners, int triangles) {
+    const auto emit = [&](const std::uint8_t* corners, std::size_t triangles) {
         for (const std::uint8_t* const end = corners + 3 * triangles; corners != end; corners += 3) {
             *out++ = id(corners[0]);
             *out++ = id(corners[second]);

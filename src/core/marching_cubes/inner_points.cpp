@@ -1,11 +1,11 @@
-// Places points inside cells, and spans tunnels between them and the loops.
+// Places points inside cells.
 #include "inner_points.h"
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/grid/index_to_physical.h"
-#include "tunnel_bands.h"
 
 namespace marrow::internal {
 
@@ -13,38 +13,15 @@ namespace {
 
 constexpr double kLeast = static_cast<double>(kLeastFraction);
 
-// The point on an edge. The isovalue is 0.
-Vec3d edge_point(const CellValues& f, std::size_t edge) {
-    const std::size_t first = kEdgeCorners[edge][0], second = kEdgeCorners[edge][1];
-    Vec3d at{static_cast<double>(first & 1), static_cast<double>(first >> 1 & 1),
-             static_cast<double>(first >> 2)};
-    const std::size_t axis = second - first == 1 ? 0 : second - first == 2 ? 1 : 2;
-    const double t = f[first] / (f[first] - f[second]);
-    at[axis] = std::isnan(t) ? 0.5 : std::clamp(t, kLeast, 1 - kLeast);
-    return at;
-}
-
-// The edges of a loop.
-struct LoopEdges {
-    const std::uint8_t* edges;
-    std::size_t size;
-
-    LoopEdges(const CellShape& shape, std::size_t loop) {
-        const std::size_t first = loop == 0 ? 0 : shape.loop_ends[loop - 1];
-        edges = shape.loop_edges.data() + first;
-        size = shape.loop_ends[loop] - first;
-    }
-};
-
 // The largest loop is the one that became a fan.
 Vec3d middle_of_fan(const CellShape& shape, const CellValues& f) {
-    LoopEdges loop(shape, 0);
+    std::span<const std::uint8_t> loop = shape.loop(0);
     for (std::size_t k = 1; k < shape.loops; ++k) {
-        if (const LoopEdges other(shape, k); other.size > loop.size) loop = other;
+        if (shape.loop(k).size() > loop.size()) loop = shape.loop(k);
     }
     Vec3d middle{};
-    for (std::size_t i = 0; i < loop.size; ++i)
-        middle = middle + 1 / static_cast<double>(loop.size) * edge_point(f, loop.edges[i]);
+    for (const std::uint8_t edge : loop)
+        middle = middle + 1 / static_cast<double>(loop.size()) * edge_point(f, edge);
     for (int step = 0; step < 2; ++step) {
         const Interpolant here(f, middle);
         const double squared = dot(here.gradient, here.gradient);
@@ -84,47 +61,16 @@ std::array<Vec3d, CellTopology::kTunnelPoints> tunnel_points(const CellTopology:
              {u[1], v[1], w[0]}}};
 }
 
-// The shortest bands between a loop and the ring of a tunnel's points, in the two directions around it.
-std::array<Band, 2> bands_of(const LoopEdges& loop, const CellValues& f,
-                             const std::array<Vec3d, Band::kRing>& ring) {
-    Band::Distances squared;
-    for (std::size_t i = 0; i < loop.size; ++i) {
-        const Vec3d from = edge_point(f, loop.edges[i]);
-        for (std::size_t j = 0; j < Band::kRing; ++j) squared[i][j] = dot(ring[j] - from, ring[j] - from);
-    }
-    return shortest_bands(squared, loop.size);
-}
-
-void add_band(const LoopEdges& loop, const Band& band, TunnelTriangles& triangles) {
-    const auto ring = [&](std::size_t step) { return kCellEdges + band.ring_point(step); };
-    std::size_t j = 0;
-    for (std::size_t i = 0; i < loop.size; ++i) {
-        for (std::size_t step = 0; step < band.steps[i]; ++step, ++j)
-            triangles.add(loop.edges[i], ring(j + 1), ring(j));
-        triangles.add(loop.edges[i], loop.edges[(i + 1) % loop.size], ring(j));
-    }
-}
-
-// The surface runs around the tunnel: seen along it, one loop is clockwise, and the other counter-clockwise.
-// So their bands go around the ring in opposite directions.
-void add_tunnel(const CellTopology& topology, const CellValues& f, TunnelTriangles& triangles) {
-    const auto ring = tunnel_points(topology.tunnel, f);
-    const LoopEdges first(*topology.shape, topology.tunnel.first_loop),
-        second(*topology.shape, topology.tunnel.second_loop);
-    const auto firsts = bands_of(first, f, ring), seconds = bands_of(second, f, ring);
-    const std::size_t backwards =
-        firsts[0].cost + seconds[1].cost <= firsts[1].cost + seconds[0].cost ? 0 : 1;
-    add_band(first, firsts[backwards], triangles);
-    add_band(second, seconds[1 - backwards], triangles);
-}
-
 }  // namespace
 
-void TunnelTriangles::add(std::size_t a, std::size_t b, std::size_t c) {
-    std::uint8_t* to = corners.data() + 3 * count++;
-    to[0] = static_cast<std::uint8_t>(a);
-    to[1] = static_cast<std::uint8_t>(b);
-    to[2] = static_cast<std::uint8_t>(c);
+Vec3d edge_point(const CellValues& f, std::size_t edge) {
+    const std::size_t first = kEdgeCorners[edge][0], second = kEdgeCorners[edge][1];
+    Vec3d at{static_cast<double>(first & 1), static_cast<double>(first >> 1 & 1),
+             static_cast<double>(first >> 2)};
+    const std::size_t axis = second - first == 1 ? 0 : second - first == 2 ? 1 : 2;
+    const double t = f[first] / (f[first] - f[second]);
+    at[axis] = std::isnan(t) ? 0.5 : std::clamp(t, kLeast, 1 - kLeast);
+    return at;
 }
 
 Interpolant::Interpolant(const CellValues& f, const Vec3d& at) {
@@ -146,18 +92,6 @@ int place_inner_points(const CellTopology& topology, const CellValues& values,
     else if (topology.shape->has_fan)
         points[0] = middle_of_fan(*topology.shape, f);
     return topology.inner_points();
-}
-
-TunnelTriangles triangulate_tunnel(const CellTopology& topology, const CellValues& values) {
-    TunnelTriangles triangles;
-    add_tunnel(topology, well_scaled(values), triangles);
-    const CellShape& shape = *topology.shape;
-    for (std::size_t k = 0; k < shape.loops; ++k) {
-        if (k == topology.tunnel.first_loop || k == topology.tunnel.second_loop) continue;
-        const LoopEdges loop(shape, k);  // a triangle
-        triangles.add(loop.edges[0], loop.edges[1], loop.edges[2]);
-    }
-    return triangles;
 }
 
 }  // namespace marrow::internal

@@ -1,4 +1,4 @@
-/// The points inside a cell, and the triangles of a tunnel between its loops.
+/// The points inside a cell.
 #pragma once
 
 #include <array>
@@ -18,19 +18,8 @@ namespace marrow::internal {
 int place_inner_points(const CellTopology& topology, const CellValues& values,
                        std::array<Vec3d, CellTopology::kTunnelPoints>& points);
 
-/// The triangles of a cell with a tunnel. Numbers below kCellEdges are edges; higher ones,
-/// less kCellEdges, inner points.
-struct TunnelTriangles {
-    static constexpr std::size_t kMost = 22;
-
-    int count = 0;
-    std::array<std::uint8_t, 3 * kMost> corners;
-
-    void add(std::size_t a, std::size_t b, std::size_t c);
-};
-
-/// \pre topology.has_tunnel
-TunnelTriangles triangulate_tunnel(const CellTopology& topology, const CellValues& values);
+/// The point on an edge of that cell. \pre the values are well scaled, and differ in sign at its ends
+Vec3d edge_point(const CellValues& values, std::size_t edge);
 
 /// The value of the trilinear interpolant, and its gradient.
 struct Interpolant {

@@ -1,5 +1,5 @@
 // Finds the shortest bands by dynamic programming over the points of a loop, with a
-// start in each lane of vectors.
+// start in each lane of vectors. The few cells that need others list them all.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/marching_cubes/tunnel_bands.cpp"
 #include <hwy/foreach_target.h>
@@ -109,6 +109,40 @@ std::array<Band, 2> shortest_bands(const Band::Distances& squared, std::size_t s
         }
     }
     return best;
+}
+
+namespace {
+
+// Adds the bands that begin like this one, which has come to a point of the loop and a place on the ring.
+void continue_band(const Band::Distances& squared, std::size_t size, Band band, std::size_t point,
+                   std::size_t place, std::vector<Band>& bands) {
+    if (point == size) {
+        bands.push_back(band);
+        return;
+    }
+    const std::size_t next = point + 1 < size ? point + 1 : 0, last = Band::kRing,
+                      to_come = 2 * (size - 1 - point);
+    for (std::uint8_t steps = 0; steps <= 2 && place <= last; ++steps, ++place) {
+        if (steps > 0) band.cost += squared[point][band.ring_point(place)];
+        if (place + to_come < last) continue;
+        Band longer = band;
+        longer.steps[point] = steps;
+        longer.cost += squared[next][band.ring_point(place)];
+        continue_band(squared, size, longer, point + 1, place, bands);
+    }
+}
+
+}  // namespace
+
+std::vector<Band> all_bands(const Band::Distances& squared, std::size_t size, bool backwards) {
+    std::vector<Band> bands;
+    for (std::size_t start = 0; start < Band::kRing; ++start) {
+        continue_band(squared, size, {.start = start, .direction = backwards ? Band::kRing - 1 : 1}, 0, 0,
+                      bands);
+    }
+    std::stable_sort(bands.begin(), bands.end(),
+                     [](const Band& a, const Band& b) { return a.cost < b.cost; });
+    return bands;
 }
 
 }  // namespace marrow::internal

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "cell_topology.h"
 
@@ -38,5 +39,8 @@ struct BandsOfStarts {
 /// The shortest band in each of the two directions around the ring, for a loop of `size` points. Among
 /// several, it is that of the least start. The same on every SIMD target.
 std::array<Band, 2> shortest_bands(const Band::Distances& squared, std::size_t size);
+
+/// All bands of a loop of `size` points in one of the two directions around the ring, the shortest first.
+std::vector<Band> all_bands(const Band::Distances& squared, std::size_t size, bool backwards);
 
 }  // namespace marrow::internal
