@@ -131,6 +131,20 @@ TEST_F(BallViewer, ExportsAllVisibleSurfaces) {
     EXPECT_TRUE(read_file(out / "ball-2.stl") == ours[1]);
 }
 
+// The dialog knows only surfaces of the scan before.
+TEST_F(BallViewer, TheExportDialogClosesWhenAnotherScanOpens) {
+    write_nrrd(folder / "other.nrrd", 20, 20, 20, ball(10, 10, 10, 5));
+    window->open(folder / "other.nrrd");
+    key(Qt::Key_S, Qt::ControlModifier);
+    auto* dialog = window->findChild<viewer::ExportDialog*>("export_dialog");
+    ASSERT_TRUE(dialog && dialog->isVisible());
+    dialog->findChild<QPushButton*>("browse")->click();
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    ASSERT_EQ(session().scan()->volume.geometry().dims[0], 20);
+    QTest::qWait(1);  // deletes the dialog
+    EXPECT_FALSE(window->findChild<viewer::ExportDialog*>("export_dialog"));
+}
+
 TEST_F(BallViewer, AsksBeforeItReplacesAFile) {
     const std::filesystem::path file = folder / "old.stl";
     write_file(file, "old");

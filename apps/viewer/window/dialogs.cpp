@@ -169,6 +169,7 @@ QLayout* ExportDialog::make_form(const QString& folder) {
     file_->setObjectName("file");
     file_->setMinimumWidth(420);
     browse_ = new QPushButton(tr("Browse…"));
+    browse_->setObjectName("browse");
     browse_->setAutoDefault(false);
     file_row->addWidget(file_, 1);
     file_row->addWidget(browse_);
@@ -200,14 +201,25 @@ void ExportDialog::connect_fields() {
     connect(file_, &QLineEdit::textChanged, this, &ExportDialog::follow);
     connect(&surfaces_, &Surfaces::shape_changed, this, &ExportDialog::follow);
     connect(&surfaces_, &Surfaces::failed, this, &ExportDialog::follow);
+    // The surfaces on offer are gone.
+    connect(&session_, &Session::scan_changed, this, &QDialog::reject);
 }
 
+// Does not wait for the answer, because this dialog may close before.
 void ExportDialog::browse() {
-    const QString chosen =
-        all() ? QFileDialog::getExistingDirectory(this, tr("Folder"), QFileInfo(file_->text()).path())
-              : QFileDialog::getSaveFileName(this, tr("Export"), file_->text(), {}, nullptr,
-                                             QFileDialog::DontConfirmOverwrite);
-    if (!chosen.isEmpty()) file_->setText(chosen);
+    auto* browser = new QFileDialog(this, all() ? tr("Folder") : tr("Export"));
+    browser->setAttribute(Qt::WA_DeleteOnClose);
+    if (all()) {
+        browser->setFileMode(QFileDialog::Directory);
+        browser->setOption(QFileDialog::ShowDirsOnly);
+        browser->setDirectory(file_->text());
+    } else {
+        browser->setAcceptMode(QFileDialog::AcceptSave);
+        browser->setOption(QFileDialog::DontConfirmOverwrite);
+        browser->selectFile(file_->text());
+    }
+    connect(browser, &QFileDialog::fileSelected, file_, &QLineEdit::setText);
+    browser->open();
 }
 
 void ExportDialog::accept() {
