@@ -111,6 +111,33 @@ TEST_F(Fields, TheHistogramChoosesIsovaluesBetweenIntegers) {
 }
 
 // A name that nobody gave follows the isovalue.
+// Its ticks and bins are then closer together than the values that a double can have.
+TEST_F(Fields, TheHistogramShowsValuesThatHardlyDiffer) {
+    const auto open_doubles = [&](double first, double second) {
+        std::string text =
+            "NRRD0005\ntype: double\ndimension: 3\nsizes: 8 8 8\nspacings: 1 1 1\n"
+            "endian: little\nencoding: raw\n\n";
+        for (int i = 0; i < 8 * 8 * 8; ++i) {
+            const double sample = i % 8 < 4 ? first : second;
+            text.append(reinterpret_cast<const char*>(&sample), sizeof sample);
+        }
+        write_file(folder / "doubles.nrrd", text);
+        return open(folder / "doubles.nrrd");
+    };
+    ASSERT_TRUE(open_doubles(0.3, 0.1 + 0.2));
+    window->histogram_bar()->repaint();
+    ASSERT_TRUE(open_doubles(1000, 1000 + 1e-10));
+    viewer::HistogramBar* histogram = window->histogram_bar();
+    for (int i = 0; i < 60; ++i) {
+        const QPoint at(300, 60);
+        QWheelEvent zoom(at, histogram->mapToGlobal(at), {}, {0, 120}, Qt::NoButton, Qt::NoModifier,
+                         Qt::NoScrollPhase, false);
+        QApplication::sendEvent(histogram, &zoom);
+        histogram->repaint();
+    }
+    EXPECT_LT(histogram->value_at(300), histogram->value_at(310));
+}
+
 TEST_F(Fields, NamesFollowTheIsovalue) {
     EXPECT_EQ(name()->text(), "surface");
     session().apply_preset("bone");

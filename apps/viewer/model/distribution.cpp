@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace marrow::viewer {
@@ -48,7 +49,10 @@ Bins Distribution::bins(double lower, double upper, double count) const {
     const double finest = (upper - lower) / count;
     if (!std::isfinite(finest) || finest <= 0)
         return {lower, 1, {0}};  // no width for doubles from end to end
-    result.width = round_step(integers_ ? std::max(finest, 1.0) : finest);
+    // No bin is shorter than the distance between numbers.
+    const double least =
+        integers_ ? 1 : std::numeric_limits<double>::epsilon() * std::max(std::abs(lower), std::abs(upper));
+    result.width = round_step(std::max(finest, least));
     const double offset = integers_ ? 0.5 : 0;
     const auto index = [&](double value) {
         return static_cast<std::int64_t>(std::floor((value + offset) / result.width));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <new>
 
 #include <QKeyEvent>
@@ -148,7 +149,11 @@ void HistogramBar::paint_axis(QPainter& painter) const {
     painter.setPen(faint(40));
     painter.drawLine(area.bottomLeft(), area.bottomRight());
     const double tick = round_step((upper_ - lower_) / std::max(2.0, area.width() / 90));
-    for (double value = std::ceil(lower_ / tick) * tick; value <= upper_; value += tick) {
+    const double first = std::ceil(lower_ / tick);
+    // Counts them, because first + i may be rounded to first.
+    for (int i = 0; i <= (upper_ - lower_) / tick; ++i) {
+        const double value = (first + i) * tick;
+        if (!(value <= upper_)) break;
         const double x = x_of(value);
         painter.setPen(faint(60));
         painter.drawLine(QPointF(x, area.bottom()), QPointF(x, area.bottom() + 3));
@@ -227,7 +232,11 @@ void HistogramBar::wheelEvent(QWheelEvent* event) {
     const double centre = value_at(event->position().x());
     const double factor = std::pow(0.85, event->angleDelta().y() / 120.0);
     const double all = scan->histogram.upper - scan->histogram.lower;
-    const double range = std::clamp((upper_ - lower_) * factor, all / 1000, all);
+    // In a shorter range, there are fewer numbers than pixels.
+    const double finest = 1e3 * std::numeric_limits<double>::epsilon() *
+                          std::max(std::abs(scan->histogram.lower), std::abs(scan->histogram.upper));
+    const double range =
+        std::clamp((upper_ - lower_) * factor, std::min(std::max(all / 1000, finest), all), all);
     const double fraction = (centre - lower_) / (upper_ - lower_);
     lower_ = std::clamp(centre - fraction * range, scan->histogram.lower, scan->histogram.upper - range);
     upper_ = lower_ + range;
