@@ -30,14 +30,6 @@ bool is_dicom_output(const std::filesystem::path& output);
 std::vector<std::filesystem::path> surface_files(const std::filesystem::path& output, Space space,
                                                  const std::vector<std::string>& names);
 
-/// Checks an output before the work starts. An empty path is no file.
-/// \throw IoError its folder does not exist; UsageError it would overwrite `input` or a file of it
-void check_output(const std::filesystem::path& file, const std::filesystem::path& input);
-
-/// Checks that no surface would be written over a file that the scan was read from. \throw UsageError
-void check_not_read(const std::vector<Surface>& surfaces,
-                    const std::vector<std::filesystem::path>& scan_files);
-
 /// Writes each file once, with all surfaces that share it; no file appears before all are complete.
 /// \throw as write_meshes
 void write_surfaces(const std::vector<Surface>& surfaces, const MeshWriteOptions& options);

@@ -12,6 +12,7 @@
 #include "render.h"
 #include "report.h"
 #include "shared/display.h"
+#include "shared/output_checks.h"
 #include "shared/report_progress.h"
 
 namespace marrow::apps {
@@ -71,7 +72,9 @@ void SurfaceJob::print_warnings() {
 void SurfaceJob::deliver() {
     print_warnings();
     const MeshOutput& output = options_.output;
-    check_not_read(results.surfaces, results.info.series.dicom_files);
+    std::vector<fs::path> files;
+    for (const Surface& surface : results.surfaces) files.push_back(surface.output);
+    check_not_read(files, results.info.series.dicom_files);
     StageSeconds& seconds = results.seconds;
     seconds.write = stage("write", [&](const Progress& progress) {
         write_surfaces(results.surfaces, {.space = output.space,

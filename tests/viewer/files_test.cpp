@@ -448,6 +448,50 @@ void write_half_bright(const std::filesystem::path& folder, const std::string& u
     }
 }
 
+// The surface lies in the frame of reference of the scan.
+TEST_F(BallViewer, ExportsDicomAsTheCommandLineDoes) {
+    const TemporaryFolder series;
+    write_half_bright(series.path(), "1.2.3", 5,
+                      [](DicomWriter& slice, int) { slice.text(0x00200052, "UI", "1.2.3.4"); });
+    ASSERT_TRUE(open(series.path()));
+    key(Qt::Key_S, Qt::ControlModifier);
+    auto* dialog = window->findChild<viewer::ExportDialog*>("export_dialog");
+    ASSERT_TRUE(dialog);
+    const std::filesystem::path file = folder / "half.dcm";
+    dialog->set_file(file.c_str());
+    auto* space = dialog->findChild<QComboBox*>("space");
+    auto* accept = dialog->findChild<QPushButton*>("accept");
+    EXPECT_TRUE(accept->isEnabled());
+    space->setCurrentIndex(1);
+    EXPECT_FALSE(accept->isEnabled()) << "RAS";
+    space->setCurrentIndex(0);
+    const std::string line = dialog->commands().toStdString();
+    QTest::keyClick(dialog, Qt::Key_Return);
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    const std::string ours = read_file(file);
+    EXPECT_NE(ours.find("1.2.3.4"), ours.npos) << window->banner().toStdString();
+    std::filesystem::remove(file);
+    const std::string programs = std::filesystem::path(MARROW_PROGRAM).parent_path();
+    ASSERT_EQ(std::system(("PATH='" + programs + "':$PATH; " + line + " -q").c_str()), 0) << line;
+    EXPECT_TRUE(read_file(file) == ours);
+}
+
+TEST_F(BallViewer, DoesNotExportOverTheScan) {
+    const TemporaryFolder series;
+    write_half_bright(series.path(), "1.2.3", 5);
+    std::filesystem::rename(series / "1.2.3-2", series / "slice.dcm");
+    const std::string before = read_file(series / "slice.dcm");
+    const auto write = [&](const std::filesystem::path& input) {
+        ASSERT_TRUE(open(input));
+        window->write({{session().parameters().current, series / "slice.dcm"}}, Space::LPS);
+        ASSERT_TRUE(wait([&] { return !window->busy(); }));
+        EXPECT_TRUE(window->banner().contains("overwrite the input")) << window->banner().toStdString();
+        EXPECT_TRUE(read_file(series / "slice.dcm") == before);
+    };
+    write(series.path());
+    write(series / "1.2.3-0");
+}
+
 // The samples stay as stored where their values have a fraction; all that is shown are values.
 TEST_F(BallViewer, ShowsTheValuesOfAScanThatKeepsItsSamples) {
     const TemporaryFolder series;

@@ -15,11 +15,11 @@
 
 #include "info_report.h"
 #include "json_report.h"
-#include "outputs.h"
 #include "png.h"
 #include "progress_reporter.h"
 #include "shared/label_map.h"
 #include "shared/library_options.h"
+#include "shared/output_checks.h"
 #include "shared/thumbnail.h"
 
 namespace marrow::apps {

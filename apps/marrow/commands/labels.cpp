@@ -17,6 +17,7 @@
 
 #include "outputs.h"
 #include "shared/label_map.h"
+#include "shared/output_checks.h"
 #include "shared/report_progress.h"
 #include "shared/suggestions.h"
 #include "warnings.h"

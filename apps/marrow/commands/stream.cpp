@@ -12,6 +12,7 @@
 
 #include "outputs.h"
 #include "report.h"
+#include "shared/output_checks.h"
 #include "warnings.h"
 
 namespace marrow::apps {

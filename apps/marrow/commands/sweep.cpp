@@ -12,8 +12,8 @@
 #include <marrow/scan_io.h>
 
 #include "json_report.h"
-#include "outputs.h"
 #include "progress_reporter.h"
+#include "shared/output_checks.h"
 #include "sweep_report.h"
 #include "warnings.h"
 

@@ -16,6 +16,7 @@
 #include "render.h"
 #include "report.h"
 #include "shared/display.h"
+#include "shared/output_checks.h"
 
 namespace marrow::apps {
 namespace fs = std::filesystem;

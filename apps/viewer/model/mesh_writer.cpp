@@ -12,6 +12,7 @@
 #include <marrow/volume_filters.h>
 
 #include "shared/library_options.h"
+#include "shared/output_checks.h"
 #include "shared/surface_trust.h"
 #include "shared/surface_warnings.h"
 
@@ -65,6 +66,16 @@ QString warnings_of(const std::vector<MeshWriter::File>& files,
     return lines.join('\n');
 }
 
+// Refuses files that the scan was read from.
+void check_files(const std::vector<MeshWriter::File>& files, const Scan& scan) {
+    std::vector<std::filesystem::path> paths;
+    for (const MeshWriter::File& file : files) {
+        apps::check_output(file.path, scan.input);
+        paths.push_back(file.path);
+    }
+    apps::check_not_read(paths, scan.info.series.dicom_files);
+}
+
 }  // namespace
 
 void MeshWriter::write(std::vector<File> files, Space space, Source source) {
@@ -95,6 +106,7 @@ void MeshWriter::write(std::vector<File> files, Space space, Source source) {
             return !cancelled_ && job_progress(fraction);
         };
         try {
+            check_files(files, *source.scan);
             const Volume& whole = source.scan->volume;
             Volume part;
             if (source.crop) part = crop(whole, source.crop->first, source.crop->last);
@@ -114,7 +126,10 @@ void MeshWriter::write(std::vector<File> files, Space space, Source source) {
                                                 file.shape->mesh->points, found);
                     apps::add_trust(trust, found ? ThinWallState::found : ThinWallState::unknown, object);
                 }
-                set.write({&object, 1}, file.path, {space, progress});
+                set.write({&object, 1}, file.path,
+                          {.space = space,
+                           .progress = progress,
+                           .scan_files = source.scan->info.series.dicom_files});
             }
             const QString warnings = warnings_of(files, walls, noise, scan, source, space);
             set.commit();

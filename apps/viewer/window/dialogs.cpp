@@ -13,6 +13,7 @@
 #include <QMessageBox>
 #include <QVBoxLayout>
 
+#include "shared/output_checks.h"
 #include "views/screenshots.h"
 
 namespace marrow::viewer {
@@ -289,8 +290,8 @@ void ExportDialog::follow() {
                             shape->mesh->triangles.size(), session_.parameters().colouring != Colouring::own);
         bytes = bytes && size ? std::optional(*bytes + *size) : std::nullopt;
         try {
-            if (mesh_format(file.file) == MeshFormat::glb && space() == Space::RAS)
-                obstacle = tr("GLB defines its own axes. Choose LPS.");
+            if (apps::has_fixed_axes(mesh_format(file.file)) && space() == Space::RAS)
+                obstacle = tr("This format defines its own axes. Choose LPS.");
         } catch (const InputError& error) {
             obstacle = QString::fromUtf8(error.what());
         }

@@ -1,0 +1,70 @@
+// Compares outputs with the files of the input.
+#include "output_checks.h"
+
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "console.h"
+#include "values.h"
+
+namespace marrow::apps {
+namespace fs = std::filesystem;
+namespace {
+
+// Meshes in the folder of a scan may be overwritten. Pictures, tables and DICOM files there may belong to the
+// scan, and so may DICOM files and metadata of Zarr in folders below it. Files are compared, not their paths,
+// because links in either place lead to the same file.
+bool is_of_scan(const fs::path& file, const fs::path& input) {
+    std::error_code ignored;
+    if (!fs::is_directory(input, ignored)) return fs::equivalent(file, input, ignored);
+    if (!fs::exists(file, ignored)) return false;
+    const std::string extension = lower_case(file.extension().string());
+    const bool may_belong_below = extension == ".dcm" || file.filename() == "zarr.json";
+    if (!may_belong_below && extension != ".png" && extension != ".csv" && extension != ".json" &&
+        extension != ".svg")
+        return false;
+    constexpr auto kOptions = fs::directory_options::skip_permission_denied;
+    for (fs::recursive_directory_iterator entry(input, kOptions, ignored), end; entry != end;
+         entry.increment(ignored)) {
+        if (fs::equivalent(entry->path(), file, ignored)) return true;
+        if (!may_belong_below) entry.disable_recursion_pending();
+    }
+    return false;
+}
+
+[[noreturn]] void refuse_overwriting(const fs::path& file) {
+    throw UsageError(fmt::format("'{}' would overwrite the input: give another output", file.string()));
+}
+
+}  // namespace
+
+void check_output(const fs::path& file, const fs::path& input) {
+    if (file.empty()) return;
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    std::error_code error;
+    if (!fs::is_directory(folder, error)) {
+        const bool missing = !error || error == std::errc::no_such_file_or_directory;
+        throw IoError(
+            fmt::format("cannot write '{}': {}", file.string(),
+                        missing ? fmt::format("there is no folder '{}'; create it first", folder.string())
+                                : error.message()));
+    }
+    if (is_of_scan(file, input)) refuse_overwriting(file);
+}
+
+void check_not_read(const std::vector<fs::path>& files, const std::vector<fs::path>& scan_files) {
+    std::error_code ignored;
+    std::set<fs::path> read;
+    for (const fs::path& file : scan_files) read.insert(fs::weakly_canonical(file, ignored));
+    for (const fs::path& file : files) {
+        if (read.contains(fs::weakly_canonical(file, ignored))) refuse_overwriting(file);
+    }
+}
+
+bool has_fixed_axes(MeshFormat format) {
+    return format == MeshFormat::glb || format == MeshFormat::dicom;
+}
+
+}  // namespace marrow::apps

@@ -1,0 +1,22 @@
+/// Checks of outputs that both programs make before they write.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include <marrow/mesh_io.h>
+
+namespace marrow::apps {
+
+/// Checks an output before the work starts. An empty path is no file.
+/// \throw IoError its folder does not exist; UsageError it would overwrite `input` or a file of it
+void check_output(const std::filesystem::path& file, const std::filesystem::path& input);
+
+/// Checks that none of these outputs is a file that the scan was read from. \throw UsageError
+void check_not_read(const std::vector<std::filesystem::path>& files,
+                    const std::vector<std::filesystem::path>& scan_files);
+
+/// Whether a mesh of this format is always written in the same space, LPS.
+bool has_fixed_axes(MeshFormat format);
+
+}  // namespace marrow::apps
