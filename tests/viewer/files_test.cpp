@@ -523,6 +523,21 @@ TEST_F(BallViewer, ShowsTheValuesOfAScanThatKeepsItsSamples) {
     EXPECT_NEAR(furthest, 7.1, 1e-3);
 }
 
+// The samples of slices are rounded to floats, and may then be below the isovalue.
+TEST_F(BallViewer, OutlinesSamplesAtTheIsovalue) {
+    const TemporaryFolder series;
+    write_half_bright(series.path(), "1.2.3", 5,
+                      [](DicomWriter& slice, int) { slice.rescale("0.0007", "0"); });
+    ASSERT_TRUE(open(series.path()));
+    const double highest = session().scan()->histogram.upper;
+    ASSERT_LT(static_cast<float>(highest), highest);
+    session().set_isovalue(highest);
+    ASSERT_TRUE(settle());
+    const int id = session().parameters().current;
+    ASSERT_FALSE(window->surfaces().exact(id)->mesh->triangles.empty());
+    EXPECT_FALSE(window->slice_view(viewer::Plane::axial)->contour_of(id).empty());
+}
+
 class Questions : public BallViewer {
   protected:
     template <class Dialog>

@@ -79,9 +79,7 @@ void CutFace::show(const Scan& scan, const SampleBox& box, Plane plane, const Ve
     const SliceGeometry slice = slice_geometry(geometry, plane);
     const std::int64_t through = std::llround(crosshair[static_cast<std::size_t>(slice.through)]);
     const std::vector<float> samples = slice_samples(scan.volume, slice, through);
-    // Where samples are rescaled, their values have become the nearest floats.
-    const double lowest =
-        scan.volume.rescale().is_identity() ? lowest_isovalue : static_cast<float>(lowest_isovalue);
+    const double lowest = slice_isovalue(scan.volume, lowest_isovalue);
     const auto [width, height] = slice.size;
 
     pixels_->SetDimensions(static_cast<int>(width), static_cast<int>(height), 1);

@@ -196,6 +196,13 @@ std::vector<float> slice_samples(const Volume& volume, const SliceGeometry& slic
     return result;
 }
 
+double slice_isovalue(const Volume& volume, double isovalue) {
+    const SampleType type = volume.type();
+    const bool exact =
+        volume.rescale().is_identity() && type != SampleType::int32 && type != SampleType::float64;
+    return exact ? isovalue : static_cast<float>(isovalue);
+}
+
 std::int64_t slices_in(const Slab& slab, const Geometry& geometry, const SliceGeometry& slice) {
     const double spacing = geometry.spacing[static_cast<std::size_t>(slice.through)];
     return std::max<std::int64_t>(1, std::llround(slab.thickness / spacing));

@@ -95,7 +95,8 @@ void SliceView::follow_parameters() {
             contour.lines = known->lines;
         else if (!p.refined())
             contour.lines = slice_contour(samples_, slice_.size, slice_range(slice_, box, number_),
-                                          surface.isovalue, contour.closed, contour.topology);
+                                          slice_isovalue(session_.scan()->volume, surface.isovalue),
+                                          contour.closed, contour.topology);
         else if (contour.shape)
             contour.lines =
                 slice_mesh(*contour.shape->mesh, session_.scan()->volume.geometry(), box, slice_, number_);
