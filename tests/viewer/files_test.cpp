@@ -706,6 +706,23 @@ TEST_F(BallViewer, ScreenshotsHaveTheRequestedSize) {
     EXPECT_GT(qGray(picture().pixel(3, 3)), 200);
 }
 
+// Where full frames are slow, as without a graphics card, a moving view shows the preview.
+TEST_F(BallViewer, ScreenshotsOfAMovingViewHaveTheFullShape) {
+    const auto large = ball(64, 64, 50, 50);
+    write_nrrd(folder / "rough.nrrd", 128, 128, 100, [&](int x, int y, int z) {
+        return large(x, y, z) + 500 * std::sin(x * 1.3) * std::sin(y * 1.3) * std::sin(z * 1.7);
+    });
+    ASSERT_TRUE(open(folder / "rough.nrrd"));
+    ASSERT_GT(window->surfaces().preview_level(), 0);
+    session().change("glass", {}, [](Parameters& p) { p.surfaces[0].opacity = 0.5; });  // slower
+    ASSERT_TRUE(settle());
+    const QSize size(400, 300);
+    const QImage still = view()->screenshot(size);
+    ASSERT_TRUE(view()->screenshot(size) == still);
+    view()->set_moving(true);
+    EXPECT_TRUE(view()->screenshot(size) == still);
+}
+
 TEST_F(BallViewer, TheLightThemeIsForTheWholeWindow) {
     const auto brightness = [&](const char* name) {
         const QImage image = window->findChild<QWidget*>(name)->grab().toImage();

@@ -462,6 +462,8 @@ QImage SurfaceView::screenshot(const QSize& size) {
     constexpr int kOversampling = 2;
     vtkRenderWindow* window = scene_->window;
     const int before[2]{window->GetSize()[0], window->GetSize()[1]};
+    const double full_frame = full_frame_;
+    for (auto& [id, surface] : scene_->surfaces) surface.choose(false);
     window->SetSize(size.width() * kOversampling, size.height() * kOversampling);
     vtkNew<vtkWindowToImageFilter> filter;
     filter->SetInput(window);
@@ -476,6 +478,8 @@ QImage SurfaceView::screenshot(const QSize& size) {
         std::copy(from, from + 3 * width, image.scanLine(y));
     }
     window->SetSize(before[0], before[1]);
+    full_frame_ = full_frame;  // a frame of the picture's size says nothing about those of the view
+    choose_detail();
     draw();
     return image.scaled(size, Qt::IgnoreAspectRatio, Qt::SmoothTransformation);
 }

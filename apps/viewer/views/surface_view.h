@@ -38,7 +38,7 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void turn(double degrees);
     /// While the view moves, it draws previews if full frames are slow.
     void set_moving(bool moving);
-    /// Draws the view at a size in pixels.
+    /// Draws the view at a size in pixels, never with previews of surfaces whose full shapes are known.
     QImage screenshot(const QSize& size);
 
     /// The position on a surface, or on the cut through one, at a point of the widget; nothing beside them.
