@@ -258,8 +258,22 @@ TEST_F(BallViewer, RefinesAndChecksSurfaces) {
     EXPECT_EQ(window->findChild<QSpinBox*>("keep")->value(), 100);
 }
 
+class Turntables : public BallViewer {
+  protected:
+    /// Begins to save images of 200 x 150 pixels.
+    viewer::Turntable* save(const TemporaryFolder& out, int frames) {
+        window->findChild<QAction*>("frames")->trigger();
+        auto* dialog = window->findChild<viewer::ScreenshotDialog*>("screenshot_dialog");
+        for (const auto& [name, value] : {std::pair{"width", 200}, {"height", 150}, {"frames", frames}})
+            dialog->findChild<QSpinBox*>(name)->setValue(value);
+        dialog->findChild<QLineEdit*>("file")->setText(out.path().c_str());
+        QTest::keyClick(dialog, Qt::Key_Return);
+        return view()->findChild<viewer::Turntable*>();
+    }
+};
+
 // During one turn, the small ball moves around the large one. Afterwards, the view is as before.
-TEST_F(BallViewer, WritesATurntable) {
+TEST_F(Turntables, ShowOneFullTurn) {
     const auto large = ball(24, 24, 12, 10), small = ball(40, 24, 12, 5);
     write_nrrd(folder / "two.nrrd", kSide, kSide, kSlices,
                [&](int x, int y, int z) { return std::max(large(x, y, z), small(x, y, z)); });
@@ -269,16 +283,10 @@ TEST_F(BallViewer, WritesATurntable) {
     key(Qt::Key_1);
     ASSERT_TRUE(settle());
     const Vec3d direction = view()->view_direction();
-    window->findChild<QAction*>("frames")->trigger();
-    auto* dialog = window->findChild<viewer::ScreenshotDialog*>("screenshot_dialog");
-    ASSERT_TRUE(dialog);
-    const TemporaryFolder out;
-    for (const auto& [name, value] : {std::pair{"width", 200}, {"height", 150}, {"frames", 4}})
-        dialog->findChild<QSpinBox*>(name)->setValue(value);
-    dialog->findChild<QLineEdit*>("file")->setText(out.path().c_str());
-    QTest::keyClick(dialog, Qt::Key_Return);
-    ASSERT_TRUE(wait([&] { return window->banner().contains("4 images"); }))
-        << window->banner().toStdString();
+    const TemporaryFolder out, disturbed;
+    ASSERT_TRUE(save(out, 4));
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_TRUE(window->banner().contains("4 images")) << window->banner().toStdString();
     std::vector<double> centres;  // horizontal centres of the drawn pixels
     for (int frame = 0; frame < 4; ++frame) {
         const QImage image((out / ("frame-000" + std::to_string(frame) + ".png")).c_str());
@@ -298,7 +306,38 @@ TEST_F(BallViewer, WritesATurntable) {
     EXPECT_GT(std::abs(centres[0] - centres[2]), 4);  // once on the left, once on the right
     EXPECT_LT((centres[1] - centres[0]) * (centres[1] - centres[2]),
               0);  // behind or in front of the large ball
-    EXPECT_NEAR(distance(view()->view_direction(), direction), 0, 1e-9);  // one full turn
+    EXPECT_EQ(view()->view_direction(), direction);
+    // The images are the same if the view turns meanwhile.
+    viewer::Turntable* turntable = save(disturbed, 4);
+    ASSERT_TRUE(turntable);
+    QObject::connect(turntable, &viewer::Turntable::progressed, [&] { view()->turn(30); });
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    for (int frame = 0; frame < 4; ++frame) {
+        const std::string name = "frame-000" + std::to_string(frame) + ".png";
+        EXPECT_TRUE(QImage((out / name).c_str()) == QImage((disturbed / name).c_str())) << name;
+    }
+}
+
+TEST_F(Turntables, CanBeCancelled) {
+    const viewer::CameraState before = view()->camera();
+    const auto stop_after_three = [&](const std::function<void()>& stop) {
+        const TemporaryFolder out;
+        viewer::Turntable* turntable = save(out, 40);
+        ASSERT_TRUE(turntable);
+        QObject::connect(turntable, &viewer::Turntable::progressed, [&](int frame) {
+            if (frame == 3) stop();
+        });
+        ASSERT_TRUE(wait([&] { return !window->busy(); }));
+        EXPECT_TRUE(window->banner().contains("3 of 40")) << window->banner().toStdString();
+        EXPECT_EQ(std::distance(std::filesystem::directory_iterator(out.path()), {}), 3);
+        EXPECT_EQ(view()->camera().position, before.position);
+    };
+    stop_after_three([&] { key(Qt::Key_Escape); });
+    auto* cancel = window->findChild<QToolButton*>("cancel");
+    stop_after_three([&] { QTest::mouseClick(cancel, Qt::LeftButton); });
+    EXPECT_FALSE(cancel->isVisible());
+    stop_after_three([&] { window->close(); });
+    EXPECT_TRUE(window->isVisible()) << "to say how many images were written";
 }
 
 TEST_F(BallViewer, StopsAnExport) {
@@ -490,6 +529,27 @@ TEST_F(BallViewer, DoesNotExportOverTheScan) {
     };
     write(series.path());
     write(series / "1.2.3-0");
+}
+
+// Slices may be images, too.
+TEST_F(BallViewer, ScreenshotsDoNotReplaceASlice) {
+    const TemporaryFolder slices;
+    for (const char* name : {"1.png", "2.png", "3.png"}) {
+        QImage slice(8, 6, QImage::Format_Grayscale8);
+        slice.fill(name[0] == '2' ? 200 : 0);
+        ASSERT_TRUE(slice.save(QString::fromStdString(slices / name)));
+    }
+    const std::string before = read_file(slices / "2.png");
+    window->open(slices.path(), {.spacing = Vec3d{1, 1, 1}});
+    ASSERT_TRUE(wait([&] { return !window->busy(); }) && settle());
+    window->findChild<QAction*>("screenshot")->trigger();
+    auto* dialog = window->findChild<viewer::ScreenshotDialog*>("screenshot_dialog");
+    ASSERT_TRUE(dialog);
+    dialog->findChild<QLineEdit*>("file")->setText(QString::fromStdString(slices / "2.png"));
+    QTest::keyClick(dialog, Qt::Key_Return);
+    QTest::mouseClick(dialog->findChild<QPushButton*>("replace"), Qt::LeftButton);
+    EXPECT_TRUE(window->banner().contains("overwrite the input")) << window->banner().toStdString();
+    EXPECT_TRUE(read_file(slices / "2.png") == before);
 }
 
 // The samples stay as stored where their values have a fraction; all that is shown are values.

@@ -23,24 +23,32 @@ std::filesystem::path turntable_image(const std::filesystem::path& folder, int f
 }
 
 Turntable::Turntable(SurfaceView& view, int frames, const QSize& size, const QString& folder)
-    : QObject(&view), view_(view), frames_(frames), size_(size), folder_(folder) {
+    : QObject(&view), view_(view), frames_(frames), size_(size), folder_(folder), start_(view.camera()) {
     connect(&timer_, &QTimer::timeout, this, &Turntable::step);
     timer_.start(0);
 }
 
+// Each angle is from the start, because the user may turn the view in between.
 void Turntable::step() {
     try {
-        if (frame_ < frames_) {
-            write_png(view_.screenshot(size_), turntable_image(folder_.toStdString(), frame_));
-            view_.turn(360.0 / frames_);
-            emit progressed(++frame_);
-            return;
-        }
-        emit finished(tr("Wrote %1 images to %2.").arg(frames_).arg(folder_), false);
+        if (frame_ == frames_) return end(tr("Wrote %1 images to %2.").arg(frames_).arg(folder_), false);
+        view_.set_camera(start_);
+        view_.turn(360.0 * frame_ / frames_);
+        write_png(view_.screenshot(size_), turntable_image(folder_.toStdString(), frame_));
+        emit progressed(++frame_);
     } catch (const std::exception& error) {
-        emit finished(QString::fromUtf8(error.what()), true);
+        end(QString::fromUtf8(error.what()), true);
     }
+}
+
+void Turntable::cancel() {
+    end(tr("Turntable cancelled. Wrote %1 of %2 images to %3.").arg(frame_).arg(frames_).arg(folder_), false);
+}
+
+void Turntable::end(const QString& message, bool error) {
     timer_.stop();
+    view_.set_camera(start_);
+    emit finished(message, error);
     deleteLater();
 }
 

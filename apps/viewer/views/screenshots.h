@@ -16,11 +16,14 @@ void write_png(const QImage& image, const std::filesystem::path& file);
 std::filesystem::path turntable_image(const std::filesystem::path& folder, int frame);
 
 /// Writes one full turn as images into a folder. Draws one frame per iteration
-/// of the event loop, so that the window stays responsive. Deletes itself at the end.
+/// of the event loop, so that the window stays responsive. Restores the view and deletes itself at the end.
 class Turntable : public QObject {
     Q_OBJECT
   public:
     Turntable(SurfaceView& view, int frames, const QSize& size, const QString& folder);
+
+    /// Stops and then emits `finished`. The images that are complete stay.
+    void cancel();
 
   signals:
     void progressed(int frame);
@@ -28,11 +31,13 @@ class Turntable : public QObject {
 
   private:
     void step();
+    void end(const QString& message, bool error);
 
     SurfaceView& view_;
     const int frames_;
     const QSize size_;
     const QString folder_;
+    const CameraState start_;
     int frame_ = 0;
     QTimer timer_;
 };

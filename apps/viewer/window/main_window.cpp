@@ -22,9 +22,9 @@
 #include "model/measurement_table.h"
 #include "series_dialog.h"
 #include "shared/library_options.h"
+#include "shared/output_checks.h"
 #include "shared/sample_text.h"
 #include "theme.h"
-#include "views/screenshots.h"
 #include "views/view_menus.h"
 
 namespace marrow::viewer {
@@ -206,6 +206,8 @@ void MainWindow::cancel_or_dismiss() {
         loader_.cancel();
     else if (writer_.busy())
         writer_.cancel();
+    else if (turntable_)
+        turntable_->cancel();
     else if (!session_.picked().empty())
         session_.clear_picked();
     else if (session_.tool() != Tool::navigate)
@@ -230,6 +232,7 @@ void MainWindow::connect_views() {
     connect(cancel_, &QToolButton::clicked, this, [this] {
         loader_.cancel();
         writer_.cancel();
+        if (turntable_) turntable_->cancel();
     });
 }
 
@@ -272,6 +275,7 @@ void MainWindow::connect_writer() {
 void MainWindow::show_opened(const fs::path& input, const std::shared_ptr<const Scan>& scan,
                              const std::shared_ptr<const SavedSession>& session) {
     banner_->hide();
+    if (turntable_) turntable_->cancel();  // it would go on with the other scan
     session_.set_scan(scan);
     if (session) {
         session_.resume(session->parameters, session->crosshair);
@@ -311,8 +315,8 @@ void MainWindow::show_progress(const QString& message) {
 }
 
 void MainWindow::hide_progress() {
-    progress_->hide();
-    cancel_->hide();
+    progress_->setVisible(busy());
+    cancel_->setVisible(busy());
     follow_scan();
 }
 
@@ -515,13 +519,15 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
 }
 
 void MainWindow::save_screenshot() {
-    const QString file =
+    const QString proposed =
         QDir(export_folder_).filePath(file_name(*session_.scan(), *session_.current(), ".png"));
-    auto* dialog = new ScreenshotDialog(false, {1600, 1200}, file, this);
+    auto* dialog = new ScreenshotDialog(false, {1600, 1200}, proposed, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
     connect(dialog, &QDialog::accepted, this, [=, this] {
         try {
-            write_png(view_->screenshot(dialog->image_size()), dialog->file().toStdString());
+            const fs::path file = dialog->file().toStdString();
+            apps::check_output(file, session_.scan()->input);
+            write_png(view_->screenshot(dialog->image_size()), file);
             export_folder_ = QFileInfo(dialog->file()).path();
             banner_->show_message(tr("Wrote %1.").arg(dialog->file()), Severity::note);
         } catch (const std::exception& error) {
@@ -532,21 +538,32 @@ void MainWindow::save_screenshot() {
 }
 
 void MainWindow::save_turntable() {
-    if (view_->findChild<Turntable*>())
-        return banner_->show_message(tr("A turntable is already being saved."), Severity::error);
+    if (turntable_) return banner_->show_message(tr("A turntable is already being saved."), Severity::error);
     auto* dialog = new ScreenshotDialog(true, {960, 720}, export_folder_, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
-    connect(dialog, &QDialog::accepted, this, [=, this] {
-        auto* turntable = new Turntable(*view_, dialog->frames(), dialog->image_size(), dialog->file());
-        connect(turntable, &Turntable::progressed, this, [this, frames = dialog->frames()](int frame) {
-            facts_->setText(tr("Image %1 of %2").arg(frame).arg(frames));
-        });
-        connect(turntable, &Turntable::finished, this, [this](const QString& message, bool error) {
-            banner_->show_message(message, error ? Severity::error : Severity::note);
-            follow_scan();
-        });
-    });
+    connect(dialog, &QDialog::accepted, this,
+            [=, this] { start_turntable(dialog->frames(), dialog->image_size(), dialog->file()); });
     dialog->open();
+}
+
+void MainWindow::start_turntable(int frames, const QSize& size, const QString& folder) {
+    try {
+        for (int frame = 0; frame < frames; ++frame)
+            apps::check_output(turntable_image(folder.toStdString(), frame), session_.scan()->input);
+    } catch (const std::exception& error) {
+        return banner_->show_message(QString::fromUtf8(error.what()), Severity::error);
+    }
+    show_progress(tr("Saving the turntable…"));
+    turntable_ = new Turntable(*view_, frames, size, folder);
+    connect(turntable_, &Turntable::progressed, this, [this, frames](int frame) {
+        facts_->setText(tr("Image %1 of %2").arg(frame).arg(frames));
+        progress_->setValue(1000 * frame / frames);
+    });
+    connect(turntable_, &Turntable::finished, this, [this](const QString& message, bool error) {
+        turntable_ = nullptr;
+        banner_->show_message(message, error ? Severity::error : Severity::note);
+        hide_progress();
+    });
 }
 
 void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
@@ -566,6 +583,11 @@ void MainWindow::resizeEvent(QResizeEvent* event) {
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {
+    if (turntable_) {
+        turntable_->cancel();  // and say how far it came
+        event->ignore();
+        return;
+    }
     if (writer_.busy()) {
         close_when_written_ = true;
         event->ignore();

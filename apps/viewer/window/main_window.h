@@ -26,6 +26,7 @@
 #include "model/session.h"
 #include "model/surfaces.h"
 #include "side_panel.h"
+#include "views/screenshots.h"
 #include "views/view_layout.h"
 #include "welcome.h"
 
@@ -45,7 +46,7 @@ class MainWindow : public QMainWindow {
     void write(const std::vector<ExportFile>& files, Space space);
     /// Saves what a session file holds, or shows why that fails. Returns whether it is saved.
     bool save_session(const std::filesystem::path& file);
-    bool busy() const { return loader_.busy() || writer_.busy(); }
+    bool busy() const { return loader_.busy() || writer_.busy() || turntable_; }
 
     Session& session() { return session_; }
     Surfaces& surfaces() { return surfaces_; }
@@ -95,11 +96,13 @@ class MainWindow : public QMainWindow {
     void export_surface();
     void save_screenshot();
     void save_turntable();
+    void start_turntable(int frames, const QSize& size, const QString& folder);
 
     Session session_;
     Surfaces surfaces_;
     Loader loader_;
     MeshWriter writer_;
+    Turntable* turntable_ = nullptr;  // being saved
     QString export_folder_;
     QTimer turning_;
 
