@@ -183,8 +183,11 @@ void Raster::open() {
     format_ = GDALGetDriverShortName(GDALGetDatasetDriver(dataset_));
     const GDALRasterBandH band = GDALGetRasterBand(dataset_, 1);
     const std::string unit = GDALGetRasterUnitType(band);
+    const OGRSpatialReferenceH reference = GDALGetSpatialRef(dataset_);
     const std::optional<double> metres = metres_of(unit);
     height_unit_ = metres.value_or(1);
+    if (unit.empty() && reference != nullptr && OSRIsCompound(reference))
+        height_unit_ = OSRGetTargetLinearUnits(reference, "VERT_CS", nullptr);
     if (!metres && !unit.empty())
         warnings_.push_back(fmt::format(
             "the raster's heights are in an unknown unit, '{}'; they are assumed to be metres", unit));
@@ -194,7 +197,8 @@ void Raster::open() {
 
 // Opens the file through GDAL's warper, which computes only the rows that are read.
 void Raster::project(const std::string& to, std::optional<double> cell) {
-    std::vector<std::string> words{"-of", "VRT", "-ot", "Float64", "-dstnodata", "nan"};
+    // Heights stay in the file's unit.
+    std::vector<std::string> words{"-of", "VRT", "-ot", "Float64", "-dstnodata", "nan", "-novshift"};
     const auto add = [&](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
     if (!to.empty()) add({"-t_srs", to});
     // Samples are averaged if they become fewer, so that none is skipped; else interpolated.

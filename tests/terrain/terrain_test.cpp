@@ -32,7 +32,8 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 struct RasterFile {
     int columns = 0, rows = 0;
     double cell = 10;
-    int epsg = 32633;  ///< 0: no coordinate system
+    int epsg = 32633;       ///< 0: no coordinate system
+    int vertical_epsg = 0;  ///< 0: no vertical coordinate system
     double west = 500000, north = 5000000;
     std::string unit = {};
     bool placed = true;
@@ -47,7 +48,9 @@ struct RasterFile {
         if (placed) GDALSetGeoTransform(file, transform);
         if (epsg != 0) {
             OGRSpatialReferenceH reference = OSRNewSpatialReference(nullptr);
-            OSRImportFromEPSG(reference, epsg);
+            const std::string vertical = vertical_epsg != 0 ? "+" + std::to_string(vertical_epsg) : "";
+            EXPECT_EQ(OSRSetFromUserInput(reference, ("EPSG:" + std::to_string(epsg) + vertical).c_str()),
+                      OGRERR_NONE);
             GDALSetSpatialRef(file, reference);
             OSRRelease(reference);
         }
@@ -320,6 +323,33 @@ TEST(Terrain, InAnyUnitBecomesMetres) {
         expect_metres(unit, 1200.0 / 3937);
     expect_metres("fathom", 1, 1);
     EXPECT_NE(info.warnings.at(0).find("'fathom'"), std::string::npos);
+}
+
+TEST(Terrain, OfAVerticalAxisInFeetBecomesMetresOnce) {
+    const test::TemporaryFolder folder;
+    const auto expect_metres = [&](const fs::path& file) {
+        TerrainInfo info;
+        extract_terrain(file, {}, &info);
+        EXPECT_NEAR(info.lowest, 1000 * 1200.0 / 3937, 1e-9) << file;
+    };
+    const auto height = [](int, int) { return 1000.0; };
+    RasterFile raster{10, 10};
+    raster.vertical_epsg = 6360;  // NAVD88 in US survey feet
+    expect_metres(raster.write(folder / "utm.tif", height));
+    raster.epsg = 4269;
+    raster.west = -105;
+    raster.north = 40;
+    raster.cell = 1.0 / 3600;
+    const fs::path degrees = raster.write(folder / "degrees.tif", height);
+    expect_metres(degrees);
+
+    // Only the coordinate system of this format has the unit.
+    GDALDatasetH from = GDALOpen(degrees.c_str(), GA_ReadOnly);
+    GDALClose(GDALCreateCopy(GDALGetDriverByName("AAIGrid"), (folder / "degrees.asc").c_str(), from, 0,
+                             nullptr, nullptr, nullptr));
+    GDALClose(from);
+    fs::remove(folder / "degrees.asc.aux.xml");
+    expect_metres(folder / "degrees.asc");
 }
 
 TEST(Terrain, DoesNotDependOnThreads) {
