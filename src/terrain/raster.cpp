@@ -197,8 +197,9 @@ void Raster::open() {
 
 // Opens the file through GDAL's warper, which computes only the rows that are read.
 void Raster::project(const std::string& to, std::optional<double> cell) {
-    // Heights stay in the file's unit.
-    std::vector<std::string> words{"-of", "VRT", "-ot", "Float64", "-dstnodata", "nan", "-novshift"};
+    // Heights stay in the file's unit, and no overview takes the place of samples.
+    std::vector<std::string> words{"-of", "VRT",       "-ot",  "Float64", "-dstnodata",
+                                   "nan", "-novshift", "-ovr", "NONE"};
     const auto add = [&](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
     if (!to.empty()) add({"-t_srs", to});
     // Samples are averaged if they become fewer, so that none is skipped; else interpolated.

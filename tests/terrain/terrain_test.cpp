@@ -273,6 +273,20 @@ TEST(Terrain, ErrorIncludesTheHeightsBetweenSamples) {
     EXPECT_NEAR(info.max_error, 4, 1e-3);
 }
 
+TEST(Terrain, AveragesSamplesEvenIfTheFileHasOverviews) {
+    const test::TemporaryFolder folder;
+    const auto spikes = [](int i, int j) { return i % 4 == 0 && j % 4 == 3 ? 1000.0 : 0.0; };
+    const fs::path file = RasterFile{128, 128}.write(folder / "dem.tif", spikes);
+    GDALDatasetH dataset = GDALOpen(file.c_str(), GA_Update);
+    const int factors[] = {2, 4};
+    ASSERT_EQ(GDALBuildOverviews(dataset, "NEAREST", 2, factors, 0, nullptr, nullptr, nullptr), CE_None);
+    GDALClose(dataset);
+    TerrainInfo info;
+    extract_terrain(file, {.cell = 40}, &info);
+    EXPECT_NEAR(info.lowest, 1000 / 16.0, 1e-9);
+    EXPECT_NEAR(info.highest, 1000 / 16.0, 1e-9);
+}
+
 TEST(Terrain, InDegreesIsProjectedToMetres) {
     const test::TemporaryFolder folder;
     RasterFile degrees{121, 121};
