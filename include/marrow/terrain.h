@@ -51,8 +51,9 @@ struct TerrainInfo {
 /// centre is at x = y = 0. z = 0 is height 0, or with TerrainOptions::base the bottom of the block.
 ///
 /// Supported are GeoTIFF, USGS DEM, SRTM .hgt, DTED, Arc/Info ASCII and float grids, ERDAS Imagine, and PNG
-/// height maps, which need TerrainOptions::cell. Rasters in degrees or rotated against north are projected to
-/// UTM.
+/// height maps, which need TerrainOptions::cell. Rasters in degrees are projected to the UTM zone of their
+/// centre, and rasters that are rotated against north are turned. A warning says if horizontal lengths in the
+/// projection are off by more than 5 %.
 ///
 /// The ground fills a density volume that is inside where height - z >= 0. Marching cubes extracts it in
 /// blocks of columns; one strip of blocks and the mesh are in memory. The density is linear along vertical

@@ -18,6 +18,8 @@
 
 #include <marrow/error.h>
 
+#include "projection.h"
+
 namespace marrow::internal::terrain {
 
 namespace {
@@ -43,42 +45,23 @@ class QuietErrors {
     }
 };
 
-struct SpatialReference {
-    explicit SpatialReference(OGRSpatialReferenceH h) : handle(h) {}
-    ~SpatialReference() { OSRRelease(handle); }
-    SpatialReference(const SpatialReference&) = delete;
-    OGRSpatialReferenceH handle;
-};
-
-std::string projection_name(OGRSpatialReferenceH reference) {
-    if (reference == nullptr) return {};
-    int north = 0;
-    const int zone = OSRGetUTMZone(reference, &north);
-    const char* name = OSRGetName(reference);
-    const std::string text = name != nullptr ? name : "";
-    if (text != "unnamed" && text != "unknown") return text;
-    return zone != 0 ? fmt::format("UTM zone {}{}", std::abs(zone), north ? 'N' : 'S') : "";
+// Returns whether the raster has a georeference.
+bool read_grid(GDALDatasetH dataset, PixelGrid& grid) {
+    grid.columns = GDALGetRasterXSize(dataset);
+    grid.rows = GDALGetRasterYSize(dataset);
+    grid.reference = GDALGetSpatialRef(dataset);
+    return GDALGetGeoTransform(dataset, grid.transform.data()) == CE_None;
 }
 
-// The UTM zone of the raster's centre.
-std::string utm_zone(GDALDatasetH dataset, const std::array<double, 6>& g, OGRSpatialReferenceH from,
-                     const std::string& name) {
-    const double column = GDALGetRasterXSize(dataset) / 2.0, row = GDALGetRasterYSize(dataset) / 2.0;
-    double longitude = g[0] + g[1] * column + g[2] * row, latitude = g[3] + g[4] * column + g[5] * row;
-    const SpatialReference wgs84(OSRNewSpatialReference(nullptr));
-    OSRImportFromEPSG(wgs84.handle, 4326);
-    OSRSetAxisMappingStrategy(wgs84.handle, OAMS_TRADITIONAL_GIS_ORDER);
-    OGRCoordinateTransformationH to = OCTNewCoordinateTransformation(from, wgs84.handle);
-    const bool known = to != nullptr && OCTTransform(to, 1, &longitude, &latitude, nullptr);
-    if (to != nullptr) OCTDestroyCoordinateTransformation(to);
-    if (!known || std::abs(latitude) > 84) {
+std::string zone_of(const PixelGrid& grid, const std::string& name) {
+    const std::optional<std::string> zone = utm_zone(grid);
+    if (!zone) {
         throw GeometryError(
             fmt::format("{}: there is no UTM zone at its position on the earth; project it to metres first "
                         "(gdalwarp -t_srs)",
                         name));
     }
-    const int zone = std::clamp(static_cast<int>(std::floor((longitude + 180) / 6)) + 1, 1, 60);
-    return fmt::format("EPSG:{}", (latitude < 0 ? 32700 : 32600) + zone);
+    return *zone;
 }
 
 struct Unit {
@@ -131,37 +114,50 @@ Raster::Raster(const std::filesystem::path& path, std::optional<double> cell, Co
     const QuietErrors errors;
     open();
 
-    std::array<double, 6> g{0, 1, 0, 0, 0, -1};
-    georeferenced_ = GDALGetGeoTransform(dataset_, g.data()) == CE_None;
-    OGRSpatialReferenceH reference = GDALGetSpatialRef(dataset_);
+    PixelGrid grid;
+    georeferenced_ = read_grid(dataset_, grid);
+    const std::array<double, 6>& g = grid.transform;
     if (!georeferenced_) {
         if (!cell)
             throw GeometryError(fmt::format(
                 "{}: has no georeference; give the distance between its samples with options.cell, in metres",
                 name_));
-        g = {-*cell / 2, *cell, 0, -*cell / 2, 0, -*cell};
-    } else if (reference == nullptr) {
+        grid.transform = {-*cell / 2, *cell, 0, -*cell / 2, 0, -*cell};
+    } else if (grid.reference == nullptr) {
         has_coordinate_system_ = false;
         warnings_.push_back(
             "the raster does not name its coordinate system; its coordinates are assumed to be metres");
     }
-    const bool degrees = reference != nullptr && OSRIsGeographic(reference);
+    const bool degrees = grid.reference != nullptr && OSRIsGeographic(grid.reference);
     const bool rotated = g[2] != 0 || g[4] != 0 || g[1] < 0 || g[5] > 0;
+    const PixelGrid source = grid;
     if (georeferenced_ && (degrees || rotated || cell)) {
-        project(degrees ? utm_zone(dataset_, g, reference, name_) : "", cell);
-        GDALGetGeoTransform(dataset_, g.data());
-        reference = GDALGetSpatialRef(dataset_);
+        project(degrees ? zone_of(grid, name_) : "", cell);
+        read_grid(dataset_, grid);
     }
-    projection_ = projection_name(reference);
+    projection_ = projection_name(grid.reference);
+    if (georeferenced_ && grid.reference != nullptr)
+        warn_of_distortion(length_distortion(source, grid.reference));
 
     // Without a georeference, the steps are options.cell, in metres whatever the unit of the coordinates.
-    const double unit = georeferenced_ && reference != nullptr ? OSRGetLinearUnits(reference, nullptr) : 1;
-    columns_ = GDALGetRasterXSize(dataset_);
-    rows_ = GDALGetRasterYSize(dataset_);
+    const double unit =
+        georeferenced_ && grid.reference != nullptr ? OSRGetLinearUnits(grid.reference, nullptr) : 1;
+    columns_ = grid.columns;
+    rows_ = grid.rows;
     east_step_ = g[1] * unit;
     north_step_ = -g[5] * unit;
     west_ = (g[0] + g[1] / 2) * unit;
     south_ = (g[3] + g[5] * (static_cast<double>(rows_) - 0.5)) * unit;
+}
+
+void Raster::warn_of_distortion(double distortion) {
+    constexpr double kMost = 1.05;
+    if (distortion < kMost && distortion > 1 / kMost) return;
+    warnings_.push_back(
+        fmt::format("horizontal lengths in the projection '{}' are {:.3g} times the true ones in places, but "
+                    "heights are true: project the raster, or a smaller part of it, to one that suits its "
+                    "region (gdalwarp -t_srs, -te)",
+                    projection_, distortion));
 }
 
 void Raster::open() {

@@ -52,6 +52,7 @@ class Raster {
     using Dataset = std::unique_ptr<void, Close>;
 
     void open();
+    void warn_of_distortion(double distortion);
     void project(const std::string& to, std::optional<double> cell);
 
     std::string path_;

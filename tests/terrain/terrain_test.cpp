@@ -77,6 +77,10 @@ double hills(int i, int j) {
     return 300 + 40 * std::sin(0.11 * i) * std::cos(0.07 * j) + 15 * std::sin(0.23 * (i + j));
 }
 
+double flat(int, int) {
+    return 7;
+}
+
 // Rough ground: noise up to several samples high, with flat areas and heights at multiples of a step.
 double rough(int i, int j) {
     const auto h = static_cast<std::uint32_t>(i) * 73856093u ^ static_cast<std::uint32_t>(j) * 19349663u;
@@ -175,10 +179,6 @@ TEST(Terrain, OfAPlaneIsAPlane) {
     }
     const double slope = std::sqrt(1 + 0.325 * 0.325 + 0.15 * 0.15);
     EXPECT_NEAR(measure(mesh).area / (1290e3 * 690e3 * slope), 1, 1e-6);
-}
-
-double flat(int, int) {
-    return 7;
 }
 
 struct Ground {
@@ -304,6 +304,53 @@ TEST(Terrain, InDegreesIsProjectedToMetres) {
         << "km; a degree east is half as wide at 60";
     EXPECT_NEAR((m.upper[1] - m.lower[1]) / 1e6, 1.1141, 0.02);
     EXPECT_LT(info.rms_error, 0.01);
+}
+
+TEST(Terrain, CountsLongitudesFromAnyMeridian) {
+    const test::TemporaryFolder folder;
+    const auto info_at = [&](double west) {
+        RasterFile degrees{60, 60};
+        degrees.epsg = 4326;
+        degrees.cell = 1.0 / 60;
+        degrees.west = west;
+        degrees.north = 41;
+        TerrainInfo info;
+        extract_terrain(degrees.write(folder / "dem.tif", hills), {}, &info);
+        return info;
+    };
+    for (const double west : {-111.0, -180.5, -180.0}) {
+        const TerrainInfo a = info_at(west), b = info_at(west + 360);
+        EXPECT_EQ(a.projection, west == -111 ? "WGS 84 / UTM zone 12N" : "WGS 84 / UTM zone 1N");
+        EXPECT_EQ(a.projection, b.projection) << west;
+        EXPECT_EQ(a.samples, b.samples) << west;
+        EXPECT_NEAR(a.centre[0], b.centre[0], 1e-3) << west;
+        EXPECT_EQ(a.unknown_samples, b.unknown_samples) << west;
+    }
+}
+
+TEST(Terrain, WarnsOfProjectionsWithFalseLengths) {
+    const test::TemporaryFolder folder;
+    const auto warning = [&](int epsg, double west, double north, double cell) {
+        RasterFile raster{40, 40};
+        raster.epsg = epsg;
+        raster.west = west;
+        raster.north = north;
+        raster.cell = cell;
+        TerrainInfo info;
+        extract_terrain(raster.write(folder / "dem.tif", flat), {}, &info);
+        return info.warnings.empty() ? "" : info.warnings.front();
+    };
+    EXPECT_NE(warning(3857, 1200000, 6000000, 30).find("1.48 times"), std::string::npos) << "at 47.3 degrees";
+    EXPECT_NE(warning(4326, -40, 60, 1).find("times the true ones"), std::string::npos) << "40 degrees wide";
+    EXPECT_NE(warning(4087, 1200000, 6679169, 30).find("1.99 times"), std::string::npos)
+        << "true to the north, but not to the east, at 60 degrees";
+
+    EXPECT_EQ(warning(3857, 1200000, 600, 30), "") << "at the equator";
+    EXPECT_EQ(warning(32633, 500000, 5000000, 10), "");
+    EXPECT_EQ(warning(4326, 10, 60, 0.05), "") << "2 degrees";
+    EXPECT_EQ(warning(2225, 6500000, 2000000, 100), "") << "in US survey feet";
+    EXPECT_EQ(warning(3413, -20000, 20000, 1000), "") << "around the pole";
+    EXPECT_EQ(warning(27572, 600000, 2200000, 100), "") << "a geographic system in grads, from Paris";
 }
 
 TEST(Terrain, WithRowsFromTheSouthIsTheSame) {
