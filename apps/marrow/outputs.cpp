@@ -63,7 +63,7 @@ void compare_triangles(std::span<const MeshObject> objects, const Mesh& found, f
 }  // namespace
 
 std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::string>& names) {
-    constexpr std::string_view kName = "{name}";
+    constexpr std::string_view kName = kNamePlaceholder;
     std::vector<fs::path> files(names.size());
     if (output.empty()) return files;
     if (output == "-")
@@ -77,8 +77,7 @@ std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::s
         pattern = (output / "{name}.stl").string();
     format_of(pattern);
     const bool is_pattern = pattern.find(kName) != pattern.npos;
-    const std::string name = fs::path(pattern).filename().string();
-    if (!is_pattern && name.find('}', name.find('{')) != name.npos)
+    if (!is_pattern && has_placeholder(pattern))
         throw UsageError(
             fmt::format("'{}' has a placeholder that does not exist: the only one is {}", pattern, kName));
     for (std::size_t i = 0; i < files.size(); ++i) {

@@ -63,6 +63,12 @@ void check_not_read(const std::vector<fs::path>& files, const std::vector<fs::pa
     }
 }
 
+bool has_placeholder(const fs::path& file) {
+    const std::string name = file.filename().string();
+    return file.string().find(kNamePlaceholder) != std::string::npos ||
+           name.find('}', name.find('{')) != name.npos;
+}
+
 bool has_fixed_axes(MeshFormat format) {
     return format == MeshFormat::glb || format == MeshFormat::dicom;
 }

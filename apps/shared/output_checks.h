@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 #include <marrow/mesh_io.h>
@@ -15,6 +16,12 @@ void check_output(const std::filesystem::path& file, const std::filesystem::path
 /// Checks that none of these outputs is a file that the scan was read from. \throw UsageError
 void check_not_read(const std::vector<std::filesystem::path>& files,
                     const std::vector<std::filesystem::path>& scan_files);
+
+/// What stands for the name of each surface in an output.
+inline constexpr std::string_view kNamePlaceholder = "{name}";
+
+/// Whether a path has this placeholder, or its file name any other text in braces.
+bool has_placeholder(const std::filesystem::path& file);
 
 /// Whether a mesh of this format is always written in the same space, LPS.
 bool has_fixed_axes(MeshFormat format);

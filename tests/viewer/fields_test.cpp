@@ -1,6 +1,7 @@
 // Tests which widget has the keyboard, and the names in the list of surfaces.
 #include <QDoubleSpinBox>
 #include <QLineEdit>
+#include <QSpinBox>
 
 #include "support/viewer_ball.h"
 
@@ -39,6 +40,37 @@ TEST_F(Fields, EnterAcceptsTheIsovalueAndTheKeysWorkAgain) {
     EXPECT_EQ(session().current()->isovalue, 300);
     EXPECT_NEAR(view()->view_direction()[1], 1, 1e-6);
     EXPECT_TRUE(isovalue()->text().startsWith("300")) << isovalue()->text().toStdString();
+}
+
+TEST_F(Fields, TheIsovalueMayHaveAnExponent) {
+    give_keyboard_to(isovalue());
+    isovalue()->selectAll();
+    type("3.5e2");
+    press(Qt::Key_Return);
+    EXPECT_EQ(session().current()->isovalue, 350);
+    give_keyboard_to(isovalue());
+    isovalue()->selectAll();
+    type("25e-6");
+    press(Qt::Key_Return);
+    EXPECT_EQ(session().current()->isovalue, 2.5e-5);
+    EXPECT_TRUE(isovalue()->text().startsWith("2.5e-05")) << isovalue()->text().toStdString();
+}
+
+TEST_F(Fields, TheWheelChangesOnlyAFieldThatHasTheKeyboard) {
+    auto* components = window->findChild<QSpinBox*>("components");
+    ASSERT_TRUE(components);
+    const auto turn = [&] {
+        const QPoint at = components->rect().center();
+        QWheelEvent up(at, components->mapToGlobal(at), {}, {0, 120}, Qt::NoButton, Qt::NoModifier,
+                       Qt::NoScrollPhase, false);
+        QApplication::sendEvent(components, &up);
+    };
+    give_keyboard_to(view());
+    turn();
+    EXPECT_EQ(session().parameters().components, 0);
+    give_keyboard_to(components);
+    turn();
+    EXPECT_EQ(session().parameters().components, 1);
 }
 
 TEST_F(Fields, EscRestoresTheIsovalue) {
@@ -110,7 +142,6 @@ TEST_F(Fields, TheHistogramChoosesIsovaluesBetweenIntegers) {
     EXPECT_EQ(session().current()->isovalue, 291.5);
 }
 
-// A name that nobody gave follows the isovalue.
 // Its ticks and bins are then closer together than the values that a double can have.
 TEST_F(Fields, TheHistogramShowsValuesThatHardlyDiffer) {
     const auto open_doubles = [&](double first, double second) {
@@ -138,6 +169,7 @@ TEST_F(Fields, TheHistogramShowsValuesThatHardlyDiffer) {
     EXPECT_LT(histogram->value_at(300), histogram->value_at(310));
 }
 
+// A name that nobody gave follows the isovalue.
 TEST_F(Fields, NamesFollowTheIsovalue) {
     EXPECT_EQ(name()->text(), "surface");
     session().apply_preset("bone");

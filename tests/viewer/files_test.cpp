@@ -145,6 +145,18 @@ TEST_F(BallViewer, TheExportDialogClosesWhenAnotherScanOpens) {
     EXPECT_FALSE(window->findChild<viewer::ExportDialog*>("export_dialog"));
 }
 
+// The shown command line would write other files.
+TEST_F(BallViewer, ExportsNoFileWithAPlaceholderInItsName) {
+    key(Qt::Key_S, Qt::ControlModifier);
+    auto* dialog = window->findChild<viewer::ExportDialog*>("export_dialog");
+    ASSERT_TRUE(dialog);
+    for (const auto& [name, possible] :
+         {std::pair{"a{name}.stl", false}, {"a{b}.stl", false}, {"a{b.stl", true}}) {
+        dialog->set_file((folder / name).c_str());
+        EXPECT_EQ(dialog->findChild<QPushButton*>("accept")->isEnabled(), possible) << name;
+    }
+}
+
 TEST_F(BallViewer, AsksBeforeItReplacesAFile) {
     const std::filesystem::path file = folder / "old.stl";
     write_file(file, "old");

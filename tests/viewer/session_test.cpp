@@ -197,6 +197,39 @@ TEST_F(Sessions, WorkDuringLoadingIsNotLostWithoutAQuestion) {
     EXPECT_FALSE(question());
 }
 
+TEST_F(Sessions, AreOfTheScanThatWasShownWhenTheyWereAskedFor) {
+    work();
+    write_nrrd(folder / "other.nrrd", 20, 20, 20, ball(10, 10, 10, 5));
+    QTimer user;
+    QObject::connect(&user, &QTimer::timeout, [&] {
+        auto* files = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
+        if (!files || session().scan()->volume.geometry().dims[0] != 20) return;
+        files->findChild<QLineEdit*>("fileNameEdit")->setText((folder / "mine.marrow").c_str());
+        QMetaObject::invokeMethod(files, "accept");
+    });
+    user.start(50);
+    window->open(folder / "other.nrrd");
+    const viewer::Scan* const before = session().scan();
+    window->findChild<QAction*>("save_session")->trigger();
+    ASSERT_NE(session().scan(), before);
+    const SavedSession saved = viewer::read_session(folder / "mine.marrow");
+    EXPECT_EQ(saved.scan, scan);
+    EXPECT_EQ(saved.parameters.surfaces.size(), 2u);
+}
+
+TEST_F(Sessions, AreNotSavedIfTheyCouldNotBeOpened) {
+    const std::filesystem::path file = folder / "mine.marrow";
+    for (int i = 0; i < 100; ++i) session().add_surface({}, i, {}, 1);
+    EXPECT_FALSE(window->save_session(file));
+    EXPECT_TRUE(window->banner().contains("cannot be saved")) << window->banner().toStdString();
+    const std::filesystem::path latin = folder / "k\xf6ln.nrrd";
+    std::filesystem::copy(scan, latin);
+    ASSERT_TRUE(open(latin));
+    EXPECT_FALSE(window->save_session(file));
+    EXPECT_TRUE(window->banner().contains("not UTF-8")) << window->banner().toStdString();
+    EXPECT_FALSE(std::filesystem::exists(file));
+}
+
 TEST_F(Sessions, AreSavedWhereTheShownOneCameFrom) {
     const auto proposed = [&] {
         QString name;

@@ -233,6 +233,20 @@ SavedSession read_root(const json& root, const fs::path& folder) {
     return session;
 }
 
+// Only what can be read again.
+std::string content_of(const json& root) {
+    try {
+        std::string content = root.dump(2, ' ') + "\n";
+        if (content.size() > kMostBytes) throw InputError("it would be too large to be opened");
+        read_root(root, {});
+        return content;
+    } catch (const json::type_error&) {
+        throw InputError("the session cannot be saved: the path of the scan is not UTF-8, rename it");
+    } catch (const InputError& fault) {
+        throw InputError(std::string("the session cannot be saved: ") + fault.what());
+    }
+}
+
 }  // namespace
 
 bool is_session_file(const fs::path& file) {
@@ -248,7 +262,7 @@ void write_session(const SavedSession& session, const fs::path& file) {
         root["camera"] = {{"position", numbers(session.camera->position)},
                           {"focal_point", numbers(session.camera->focal_point)},
                           {"up", numbers(session.camera->up)}};
-    const std::string content = root.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+    const std::string content = content_of(root);
     AtomicFile out(file);
     out.write(content.data(), content.size());
     out.commit();

@@ -28,7 +28,7 @@ struct SavedSession {
 bool is_session_file(const std::filesystem::path& file);
 
 /// Writes a session as JSON. The path of the scan is relative if the scan is in the folder of the session, so
-/// that both can be moved together. \throw IoError
+/// that both can be moved together. \throw IoError; InputError the session could not be read again
 void write_session(const SavedSession& session, const std::filesystem::path& file);
 
 /// Reads a session. Everything that does not depend on the scan is checked.

@@ -387,7 +387,9 @@ void SliceView::paint_texts(QPainter& painter) {
     painter.setFont(small);
     const QColor faint(205, 212, 220);
     // The position of the slice along the nearest patient axis.
-    const Vec3d p = session_.crosshair_position();
+    Vec3d index = session_.crosshair();
+    index[static_cast<std::size_t>(slice_.through)] = static_cast<double>(number_);
+    const Vec3d p = session_.scan()->volume.geometry().physical(index);
     const std::size_t axis = plane_ == Plane::axial ? 2 : plane_ == Plane::coronal ? 1 : 0;
     const char* side = plane_ == Plane::axial     ? (p[2] < 0 ? "I" : "S")
                        : plane_ == Plane::coronal ? (p[1] < 0 ? "A" : "P")

@@ -5,6 +5,7 @@
 
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QRegularExpression>
 #include <QSignalBlocker>
 #include <QToolButton>
 #include <QVBoxLayout>
@@ -16,10 +17,26 @@
 namespace marrow::viewer {
 namespace {
 
-// Shows only as many digits as the value needs.
+// Shows only as many digits as the value needs, and an exponent where that is shorter.
 class IsovalueBox : public QDoubleSpinBox {
   public:
     QString textFromValue(double value) const override { return QString::number(value, 'g', 10); }
+    double valueFromText(const QString& text) const override { return without_unit(text).toDouble(); }
+
+    QValidator::State validate(QString& text, int&) const override {
+        const QString number = without_unit(text);
+        bool complete = false;
+        const double value = number.toDouble(&complete);
+        if (complete && value >= minimum() && value <= maximum()) return QValidator::Acceptable;
+        static const QRegularExpression beginning(
+            QRegularExpression::anchoredPattern(R"([-+]?\d*\.?\d*([eE][-+]?\d*)?)"));
+        return beginning.match(number).hasMatch() ? QValidator::Intermediate : QValidator::Invalid;
+    }
+
+  private:
+    QString without_unit(const QString& text) const {
+        return (text.endsWith(suffix()) ? text.chopped(suffix().size()) : text).trimmed();
+    }
 };
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <QVBoxLayout>
 
 #include "shared/output_checks.h"
+#include "shared/values.h"
 #include "views/screenshots.h"
 
 namespace marrow::viewer {
@@ -286,12 +287,15 @@ void ExportDialog::follow() {
                            .arg(surface_name(*scan, *surface))
                            .arg(surface->isovalue, 0, 'g', 6);
         const auto size =
-            estimated_bytes(file.file.extension().string(), shape->mesh->points.size(),
+            estimated_bytes(apps::lower_case(file.file.extension().string()), shape->mesh->points.size(),
                             shape->mesh->triangles.size(), session_.parameters().colouring != Colouring::own);
         bytes = bytes && size ? std::optional(*bytes + *size) : std::nullopt;
         try {
             if (apps::has_fixed_axes(mesh_format(file.file)) && space() == Space::RAS)
                 obstacle = tr("This format defines its own axes. Choose LPS.");
+            if (apps::has_placeholder(file.file))
+                obstacle =
+                    tr("The command line would read braces in this name as a placeholder. Leave them out.");
         } catch (const InputError& error) {
             obstacle = QString::fromUtf8(error.what());
         }
@@ -299,7 +303,7 @@ void ExportDialog::follow() {
     commands_->setPlainText(lines.join("\n"));
     size_->setText(!obstacle.isEmpty() ? obstacle
                    : bytes             ? tr("About %1").arg(size_text(*bytes))
-                                       : tr("The size is unknown because this format is compressed"));
+                                       : tr("The size is not known before"));
     export_->setEnabled(obstacle.isEmpty() && !file_->text().isEmpty());
 }
 
@@ -349,6 +353,7 @@ ScreenshotDialog::ScreenshotDialog(bool turntable, const QSize& size, const QStr
 }
 
 void ScreenshotDialog::accept() {
+    if (file().isEmpty()) return;
     if (!turntable_ && !file().endsWith(".png")) file_->setText(file() + ".png");
     const std::filesystem::path path = file().toStdString();
     if (!turntable_) return accept_unless_kept(this, {path});

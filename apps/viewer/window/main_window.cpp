@@ -20,6 +20,7 @@
 #include "field_keys.h"
 #include "help.h"
 #include "model/measurement_table.h"
+#include "panel_wheel.h"
 #include "series_dialog.h"
 #include "shared/library_options.h"
 #include "shared/output_checks.h"
@@ -76,6 +77,7 @@ void MainWindow::make_views() {
     for (QMenu* menu : {make_layout_menu(*views_, this), make_slab_menu(*views_, this)})
         actions_->view_menu()->addMenu(menu);
     panel_ = new SidePanel(session_, surfaces_, (*actions_)["whole_scan"]);
+    new PanelWheel(panel_);
     auto* panel_scroll = new QScrollArea;
     panel_scroll->setWidget(panel_);
     panel_scroll->setWidgetResizable(true);
@@ -349,39 +351,54 @@ bool MainWindow::choose_session_file() {
     const fs::path scan = input.has_filename() ? input : input.parent_path();
     const fs::path proposed =
         session_file_.empty() ? fs::path(scan).replace_extension(kSessionExtension) : session_file_;
+    // Another scan may open before the answer.
+    const SavedSession shown = session_to_save();
+    const std::shared_ptr<const Scan> shown_scan = session_.shared_scan();
     const QString file =
         choose_file_to_save(this, tr("Save session"), from_path(proposed), tr("Sessions"), kSessionExtension);
-    return !file.isEmpty() && save_session(file.toStdString());
+    return !file.isEmpty() && save_session(shown, shown_scan, file.toStdString());
 }
 
 bool MainWindow::save_session(const fs::path& file) {
+    return save_session(session_to_save(), session_.shared_scan(), file);
+}
+
+SavedSession MainWindow::session_to_save() const {
     const Scan& scan = *session_.scan();
-    const SavedSession saved{fs::absolute(scan.input).lexically_normal(),
-                             scan.options,
-                             scan.volume.geometry().dims,
-                             session_.parameters(),
-                             session_.crosshair(),
-                             view_->camera()};
+    return {fs::absolute(scan.input).lexically_normal(),
+            scan.options,
+            scan.volume.geometry().dims,
+            session_.parameters(),
+            session_.crosshair(),
+            view_->camera()};
+}
+
+bool MainWindow::save_session(const SavedSession& saved, const std::shared_ptr<const Scan>& scan,
+                              const fs::path& file) {
     try {
         write_session(saved, file);
     } catch (const std::exception& error) {
         banner_->show_message(QString::fromUtf8(error.what()), Severity::error);
         return false;
     }
-    session_.set_saved();
-    session_file_ = file;
+    if (scan == session_.shared_scan()) {
+        session_.set_saved();
+        session_file_ = file;
+    }
     remember(file);
     banner_->show_message(tr("Saved %1.").arg(from_path(file)), Severity::note);
     return true;
 }
 
 void MainWindow::save_measurements() {
+    // Another scan may open before the answer.
+    const std::vector<Measurement> measurements = session_.parameters().measurements;
     const QString file =
         choose_file_to_save(this, tr("Save measurements"), QDir(export_folder_).filePath("measurements.csv"),
                             tr("Tables"), ".csv");
     if (file.isEmpty()) return;
     try {
-        write_measurements(session_.parameters().measurements, file.toStdString());
+        write_measurements(measurements, file.toStdString());
         banner_->show_message(tr("Wrote %1.").arg(file), Severity::note);
     } catch (const std::exception& error) {
         banner_->show_message(QString::fromUtf8(error.what()), Severity::error);
@@ -450,7 +467,8 @@ void MainWindow::fill_recent() {
     QMenu* menu = actions_->recent();
     menu->clear();
     for (const QString& path : recent)
-        menu->addAction(path, this, [this, path] { open_instead(path.toStdString()); });
+        menu->addAction(QString(path).replace('&', "&&"), this,
+                        [this, path] { open_instead(path.toStdString()); });
     menu->setEnabled(!recent.isEmpty());
     welcome_->set_recent(recent);
 }
@@ -473,18 +491,17 @@ void MainWindow::follow_scan() {
     setWindowTitle(tr("%1 – Marrow Viewer").arg(name));
     const auto samples =
         QString::fromStdString(apps::sample_text(scan->volume.type(), scan->volume.rescale()));
-    facts_->setText(QString("%1    %2%3    %4 × %5 × %6    %7 × %8 × %9 mm    %10")
-                        .arg(name, QString(scan_format_name(scan->info.format)),
-                             scan->info.series.modality.empty()
-                                 ? QString()
-                                 : " " + QString::fromStdString(scan->info.series.modality))
-                        .arg(g.dims[0])
-                        .arg(g.dims[1])
-                        .arg(g.dims[2])
-                        .arg(g.spacing[0], 0, 'g', 4)
-                        .arg(g.spacing[1], 0, 'g', 4)
-                        .arg(g.spacing[2], 0, 'g', 4)
-                        .arg(samples));
+    QStringList size, spacing;
+    for (std::size_t a = 0; a < 3; ++a) {
+        size << QString::number(g.dims[a]);
+        spacing << QString::number(g.spacing[a], 'g', 4);
+    }
+    QString format = scan_format_name(scan->info.format);
+    if (!scan->info.series.modality.empty())
+        format += " " + QString::fromStdString(scan->info.series.modality);
+    // Joined, because a name may have the placeholders of QString::arg.
+    facts_->setText(
+        QStringList{name, format, size.join(" × "), spacing.join(" × ") + " mm", samples}.join("    "));
 }
 
 void MainWindow::export_surface() {

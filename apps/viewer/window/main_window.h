@@ -84,6 +84,9 @@ class MainWindow : public QMainWindow {
     void discard_work(const std::function<void()>& proceed);
     void open_instead(const std::filesystem::path& input);
     bool choose_session_file();
+    SavedSession session_to_save() const;
+    bool save_session(const SavedSession& saved, const std::shared_ptr<const Scan>& scan,
+                      const std::filesystem::path& file);
     void save_measurements();
     void inform(const QString& message);
     void show_device(const QString& failure);

@@ -12,6 +12,11 @@
 #include <QTemporaryDir>
 #include <QTimer>
 
+#include <marrow/error.h>
+#include <marrow/scan_io.h>
+
+#include "shared/console.h"
+
 namespace marrow::viewer {
 namespace {
 
@@ -242,9 +247,13 @@ int measure_viewer(MainWindow& window, const std::filesystem::path& input, const
     pause(500);  // the first frame includes one-time work
     Measurer measurer(window);
     if (!measurer.load(input, options)) {
-        const std::string why = window.banner().toStdString();
-        std::cerr << "marrow: " << (why.empty() ? "choose one of several series with --series" : why) << '\n';
-        return 3;
+        // Reads it again for the message and the exit code of the command line. What the window asks is an
+        // error there.
+        return apps::exit_code_of(apps::standard_console(), [&] {
+            read_scan(input, options);
+            throw InputError(window.banner().toStdString());
+            return apps::kOk;
+        });
     }
     if (!measurer.can_move_isovalue()) {
         std::cerr << "marrow: all samples are equal, so the isovalue cannot move\n";

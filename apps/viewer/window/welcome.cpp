@@ -57,7 +57,8 @@ void Welcome::set_recent(const QStringList& paths) {
     }
     for (const QString& path : paths) {
         auto* b = new QToolButton;
-        b->setText(QFileInfo(path).fileName() + "   " + QDir::toNativeSeparators(QFileInfo(path).path()));
+        const QString text = QFileInfo(path).fileName() + "   " + QFileInfo(path).path();
+        b->setText(QString(text).replace('&', "&&"));  // a single one would underline the next letter
         connect(b, &QToolButton::clicked, this, [this, path] { emit chosen(path); });
         recent_->layout()->addWidget(b);
     }
