@@ -688,18 +688,27 @@ TEST_F(Questions, AskForTheSpacing) {
     auto* dialog = question<viewer::SpacingDialog>(input.path(), "spacing_dialog");
     ASSERT_TRUE(dialog);
     auto* open = dialog->findChild<QPushButton*>("accept");
-    const auto set = [&](const char* name, double mm) {
-        dialog->findChild<QDoubleSpinBox*>(name)->setValue(mm);
+    const auto type = [&](const char* name, const char* mm) {
+        auto* field = dialog->findChild<QLineEdit*>(name);
+        field->clear();
+        QTest::keyClicks(field, mm);
     };
     EXPECT_FALSE(open->isEnabled()) << "there is no default";
-    set("spacing_0", 0.5);
-    set("spacing_1", 0.5);
+    type("spacing_0", "0.00004");
+    type("spacing_1", "0.00325");
     EXPECT_FALSE(open->isEnabled());
-    set("spacing_2", 1.25);
+    for (const char* wrong : {"0", "-1", "1,25", "1.25 cm", "inf"}) {
+        type("spacing_2", wrong);
+        EXPECT_FALSE(open->isEnabled()) << wrong;
+    }
+    type("spacing_2", "1.25");
     ASSERT_TRUE(open->isEnabled());
     ASSERT_TRUE(accept(dialog));
-    EXPECT_EQ(session().scan()->volume.geometry().spacing, (Vec3d{0.5, 0.5, 1.25}));
-    EXPECT_TRUE(window->command().contains("--spacing 0.5,0.5,1.25")) << window->command().toStdString();
+    EXPECT_EQ(session().scan()->volume.geometry().spacing, (Vec3d{0.00004, 0.00325, 1.25}));
+    EXPECT_TRUE(window->command().contains("--spacing 4e-05,0.00325,1.25"))
+        << window->command().toStdString();
+    const Vec3d known{0.48828125, 1e-7 / 3, 1234.5};
+    EXPECT_EQ(viewer::SpacingDialog(known, window.get()).spacing(), known);
 }
 
 TEST_F(Questions, AskWhetherToInterpolateUnevenSlices) {

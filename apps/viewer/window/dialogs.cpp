@@ -89,28 +89,27 @@ SpacingDialog::SpacingDialog(const Vec3d& known, QWidget* parent) : QDialog(pare
     form->setSpacing(9);
     const std::array labels{tr("Between columns, mm"), tr("Between rows, mm"), tr("Between slices, mm")};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        auto* box = new QDoubleSpinBox;
-        box->setObjectName(QString("spacing_%1").arg(axis));
-        box->setLocale(QLocale::c());
-        box->setDecimals(4);
-        box->setRange(0, 1000);
-        box->setButtonSymbols(QAbstractSpinBox::NoButtons);
-        box->setSpecialValueText(" ");  // unknown
-        box->setValue(known[axis]);
-        form->addRow(labels[axis], box);
-        connect(box, qOverload<double>(&QDoubleSpinBox::valueChanged), this, &SpacingDialog::follow);
-        spacing_[axis] = box;
+        auto* field = new QLineEdit;
+        field->setObjectName(QString("spacing_%1").arg(axis));
+        if (known[axis] > 0)
+            field->setText(QString::number(known[axis], 'g', QLocale::FloatingPointShortest));
+        form->addRow(labels[axis], field);
+        connect(field, &QLineEdit::textChanged, this, &SpacingDialog::follow);
+        spacing_[axis] = field;
     }
     layout->addLayout(form);
     layout->addWidget(dialog_buttons(this, tr("Open"), open_));
-    const auto unknown =
-        std::find_if(spacing_.begin(), spacing_.end(), [](QDoubleSpinBox* box) { return box->value() == 0; });
+    const auto unknown = std::find_if(spacing_.begin(), spacing_.end(),
+                                      [](QLineEdit* field) { return field->text().isEmpty(); });
     (unknown != spacing_.end() ? *unknown : spacing_[0])->setFocus();
     follow();
 }
 
 Vec3d SpacingDialog::spacing() const {
-    return {spacing_[0]->value(), spacing_[1]->value(), spacing_[2]->value()};
+    Vec3d mm;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        mm[axis] = apps::parse_number(spacing_[axis]->text().trimmed().toStdString()).value_or(0);
+    return mm;
 }
 
 void SpacingDialog::follow() {

@@ -9,7 +9,6 @@
 #include <QComboBox>
 #include <QDialog>
 #include <QDialogButtonBox>
-#include <QDoubleSpinBox>
 #include <QLabel>
 #include <QLayout>
 #include <QLineEdit>
@@ -36,12 +35,13 @@ class SpacingDialog : public QDialog {
   public:
     /// Proposes the lengths that are `known`, in mm; 0: unknown.
     SpacingDialog(const Vec3d& known, QWidget* parent);
+    /// 0 where no number is entered.
     Vec3d spacing() const;
 
   private:
     void follow();
 
-    std::array<QDoubleSpinBox*, 3> spacing_;
+    std::array<QLineEdit*, 3> spacing_;
     QPushButton* open_;
 };
 
