@@ -54,8 +54,8 @@ SliceRange slice_range(const SliceGeometry& slice, const SampleBox& box, std::in
 /// The values of the samples of the slice at index `through`, row by row from the top left.
 std::vector<float> slice_samples(const Volume& volume, const SliceGeometry& slice, std::int64_t through);
 
-/// The isovalue for samples of slice_samples. Where these are only the nearest floats of the values, it is the
-/// nearest float, too: otherwise a sample at the isovalue might be below it.
+/// The isovalue for samples of slice_samples. Where these are only the nearest floats of the values, it is
+/// the nearest float, too: otherwise a sample at the isovalue might be below it.
 double slice_isovalue(const Volume& volume, double isovalue);
 
 /// Neighbouring slices that are shown as one: the maximum intensity projection or the mean of their samples.
