@@ -74,6 +74,21 @@ TEST_F(Sessions, OpenAsTheyWereSaved) {
 }
 
 // Those that were saved before these settings existed.
+// "link/.." is the folder above that which the link leads to, and not the folder that holds the link.
+TEST_F(Sessions, KnowTheScanThatWasOpenedThroughALink) {
+    std::filesystem::create_directories(folder / "elsewhere" / "deep");
+    const std::filesystem::path other = folder / "elsewhere" / "ball.nrrd";
+    write_nrrd(other, 20, 21, 22, ball(10, 10, 11, 5));
+    std::filesystem::create_directory_symlink(folder / "elsewhere" / "deep", folder / "link");
+    ASSERT_TRUE(open(folder / "link" / ".." / "ball.nrrd"));
+    EXPECT_TRUE(window->command().contains(other.c_str())) << window->command().toStdString();
+    EXPECT_EQ(QSettings().value("recent").toStringList().front(), other.c_str());
+    ASSERT_TRUE(window->save_session(folder / "link" / ".." / "ball.marrow"));
+    ASSERT_TRUE(open(scan));
+    ASSERT_TRUE(open(folder / "elsewhere" / "ball.marrow")) << window->banner().toStdString();
+    EXPECT_EQ(session().scan()->volume.geometry().dims[0], 20);
+}
+
 TEST_F(Sessions, OlderOnesHaveTheirOwnColoursAndNoTopology) {
     work();
     ASSERT_TRUE(settle());

@@ -70,8 +70,7 @@ MeshObject export_object(const Scan& scan, const Parameters& parameters, const S
 std::vector<std::string> command_arguments(const Scan& scan, const Parameters& parameters,
                                            const SurfaceParameters& surface,
                                            const std::filesystem::path& output, Space space) {
-    std::vector<std::string> result{std::filesystem::absolute(scan.input).lexically_normal().string(), "-o",
-                                    output.string()};
+    std::vector<std::string> result{scan.input.string(), "-o", output.string()};
     const auto add = [&](const char* option, const std::string& value) {
         result.emplace_back(option);
         result.push_back(value);

@@ -8,9 +8,16 @@
 
 namespace marrow::viewer {
 
+std::filesystem::path absolute_path(const std::filesystem::path& path) {
+    const std::filesystem::path absolute = std::filesystem::absolute(path);
+    std::error_code error;
+    const std::filesystem::path folder = std::filesystem::weakly_canonical(absolute.parent_path(), error);
+    return error ? absolute : (folder / absolute.filename()).lexically_normal();
+}
+
 std::shared_ptr<const Scan> open_scan(const std::filesystem::path& input, const ScanOptions& options) {
     auto scan = std::make_shared<Scan>();
-    scan->input = input;
+    scan->input = absolute_path(input);
     scan->options = options;
     scan->options.keep_stored = true;
     scan->volume = read_scan(input, scan->options, &scan->info);

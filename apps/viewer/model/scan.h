@@ -12,14 +12,18 @@
 namespace marrow::viewer {
 
 struct Scan {
-    std::filesystem::path input;
-    ScanOptions options;  ///< used to read it, without the progress function
+    std::filesystem::path input;  ///< absolute
+    ScanOptions options;          ///< used to read it, without the progress function
     Volume volume;
     ScanInfo info;
     Histogram histogram;
     std::optional<double> otsu;  ///< nothing if all samples are equal
     bool hounsfield = false;     ///< the samples are in HU, so the tissue presets apply
 };
+
+/// The absolute path of a file or folder, without "." and "..". Links to folders are resolved, because what
+/// follows ".." is beside the folder that a link leads to.
+std::filesystem::path absolute_path(const std::filesystem::path& path);
 
 /// Reads a scan and computes its histogram. \throw as read_scan
 std::shared_ptr<const Scan> open_scan(const std::filesystem::path& input, const ScanOptions& options);

@@ -133,7 +133,7 @@ json scan_to_json(const SavedSession& session, const fs::path& folder) {
 }
 
 void read_scan_section(const json& scan, const fs::path& folder, SavedSession& session) {
-    session.scan = (folder / text(member(scan, "scan", "path"), "scan.path")).lexically_normal();
+    session.scan = folder / text(member(scan, "scan", "path"), "scan.path");
     session.dims = indices(member(scan, "scan", "size"), "scan.size");
     read_if_present(scan, "series", session.options.series, text);
     read_if_present(scan, "spacing", session.options.spacing, vector);
@@ -255,7 +255,7 @@ bool is_session_file(const fs::path& file) {
 
 void write_session(const SavedSession& session, const fs::path& file) {
     json root{{"marrow_session", kVersion},
-              {"scan", scan_to_json(session, fs::absolute(file).lexically_normal().parent_path())},
+              {"scan", scan_to_json(session, absolute_path(file).parent_path())},
               {"crosshair", numbers(session.crosshair)}};
     root.update(parameters_to_json(session.parameters));
     if (session.camera)
@@ -280,7 +280,7 @@ SavedSession read_session(const fs::path& file) {
     const json root = json::parse(content, nullptr, false);
     if (root.is_discarded()) throw InputError(name + "not a session file: it is not JSON");
     try {
-        return read_root(root, fs::absolute(file).lexically_normal().parent_path());
+        return read_root(root, absolute_path(file).parent_path());
     } catch (const InputError& fault) {
         throw InputError(name + fault.what());
     }

@@ -365,7 +365,7 @@ bool MainWindow::save_session(const fs::path& file) {
 
 SavedSession MainWindow::session_to_save() const {
     const Scan& scan = *session_.scan();
-    return {fs::absolute(scan.input).lexically_normal(),
+    return {scan.input,
             scan.options,
             scan.volume.geometry().dims,
             session_.parameters(),
@@ -452,7 +452,7 @@ void MainWindow::ask(const OpenQuestion& question) {
 
 void MainWindow::remember(const fs::path& input) {
     QSettings settings;
-    const QString path = from_path(fs::absolute(input).lexically_normal());
+    const QString path = from_path(absolute_path(input));
     settings.setValue("scan_folder", QFileInfo(path).path());
     QStringList recent = settings.value("recent").toStringList();
     recent.removeAll(path);
