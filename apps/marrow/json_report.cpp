@@ -333,6 +333,7 @@ Json level_numbers(const TerrainLevel& level) {
     const MeshMeasures& m = level.measures;
     return {{"samples", info.samples},
             {"cell_m", info.cell},
+            {"origin_m", {info.centre[0], info.centre[1], info.zero}},
             {"mm_per_metre", info.mm_per_metre},
             {"unknown_samples", info.unknown_samples},
             {"points", m.points},

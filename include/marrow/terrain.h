@@ -18,6 +18,8 @@ namespace marrow {
 /// ground's float coordinates.
 inline constexpr double kMostTerrainBase = 10;
 
+struct TerrainInfo;
+
 struct TerrainOptions {
     /// Metres between samples, horizontally and vertically; not set: the raster's.
     std::optional<double> cell = {};
@@ -26,8 +28,11 @@ struct TerrainOptions {
     /// kMostTerrainBase times the model's length.
     std::optional<double> base = {};
     std::optional<double> size = {};  ///< mm of the model's longer side; without it 1 metre becomes 1000 mm
-    int threads = 0;                  ///< threads to use; 0: all
-    Progress progress = {};           ///< called while extracting
+    /// What was reported of another level of detail, with the same exaggerate and base: this one then lies on
+    /// it, with its centre, scale (instead of size) and bottom. Not owned.
+    const TerrainInfo* first_level = nullptr;
+    int threads = 0;         ///< threads to use; 0: all
+    Progress progress = {};  ///< called while extracting
 };
 
 /// What an elevation raster held, and how accurate the surface is.
@@ -38,6 +43,7 @@ struct TerrainInfo {
     std::array<std::int64_t, 2> samples{0, 0};  ///< samples of the surface, eastwards and northwards
     std::array<double, 3> cell{0, 0, 0};        ///< metres between samples eastwards, northwards and upwards
     std::array<double, 2> centre{0, 0};         ///< easting and northing at x = y = 0 of the mesh, metres
+    double zero = 0;                            ///< height at z = 0 of the mesh, metres
     double lowest = 0, highest = 0;             ///< metres
     std::int64_t unknown_samples = 0;           ///< samples without a height; the surface has holes there
     double mm_per_metre = 1000;                 ///< scale of the model
@@ -48,7 +54,8 @@ struct TerrainInfo {
 };
 
 /// Extracts the surface of an elevation raster: x to the east, y to the north, z up, in mm. The raster's
-/// centre is at x = y = 0. z = 0 is height 0, or with TerrainOptions::base the bottom of the block.
+/// centre is at x = y = 0. z = 0 is height 0, or with TerrainOptions::base the bottom of the block. With
+/// TerrainOptions::first_level, both are those of the first level.
 ///
 /// Supported are GeoTIFF, USGS DEM, SRTM .hgt, DTED, Arc/Info ASCII and float grids, ERDAS Imagine, and PNG
 /// height maps, which need TerrainOptions::cell. Rasters in degrees are projected to the UTM zone of their

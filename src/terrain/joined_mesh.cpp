@@ -53,11 +53,12 @@ std::uint32_t JoinedMesh::append(const Vec3d& p) {
     if (mesh_.points.size() >= kNone)
         throw LimitError("the terrain has more than 2^32 - 1 points: give a larger options.cell");
     const double scale = info_.mm_per_metre;
-    const auto plan = [&](double sample, std::int64_t samples, double step) {
-        return static_cast<float>((sample - static_cast<double>(samples - 1) / 2) * step * scale);
+    const auto plan = [&](std::size_t axis, std::int64_t samples) {
+        const double from_centre = (p[axis] - static_cast<double>(samples - 1) / 2) * info_.cell[axis];
+        return static_cast<float>((from_centre + off_centre_[axis]) * scale);
     };
-    mesh_.points.push_back({plan(p[0], grid_.columns, info_.cell[0]), plan(p[1], grid_.rows, info_.cell[1]),
-                            static_cast<float>((p[2] - zero()) * scale)});
+    mesh_.points.push_back(
+        {plan(0, grid_.columns), plan(1, grid_.rows), static_cast<float>((p[2] - zero()) * scale)});
     return static_cast<std::uint32_t>(mesh_.points.size() - 1);
 }
 

@@ -1,6 +1,7 @@
 /// Joins the surfaces of blocks to one mesh.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
@@ -15,7 +16,9 @@ namespace marrow::internal::terrain {
 /// The mesh that consists of the surfaces of all blocks. Blocks share the points on their borders.
 class JoinedMesh {
   public:
-    JoinedMesh(const Grid& grid, const TerrainInfo& info) : grid_(grid), info_(info) {}
+    /// `off_centre` is where the grid's centre is, in metres east and north of info.centre.
+    JoinedMesh(const Grid& grid, const TerrainInfo& info, const std::array<double, 2>& off_centre)
+        : grid_(grid), info_(info), off_centre_(off_centre) {}
 
     /// \throw LimitError more than 2^32 - 1 points
     void add(const BlockSurface& block);
@@ -35,6 +38,7 @@ class JoinedMesh {
 
     const Grid& grid_;
     const TerrainInfo& info_;
+    const std::array<double, 2> off_centre_;
     Mesh mesh_;
     std::vector<std::uint32_t> index_;  // in the mesh, of each point of the current block
     std::unordered_map<std::uint64_t, std::uint32_t> index_on_edge_;

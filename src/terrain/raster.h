@@ -1,6 +1,7 @@
 /// Reads elevation rasters by GDAL: north up, in metres, rows from south to north.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -32,6 +33,11 @@ class Raster {
     double north_step() const { return north_step_; }  ///< metres between rows
     double west() const { return west_; }              ///< easting of the first column, metres
     double south() const { return south_; }            ///< northing of the first row, metres
+    /// Easting and northing halfway between the first and the last column and row, metres.
+    std::array<double, 2> centre() const {
+        return {west_ + static_cast<double>(columns_ - 1) * east_step_ / 2,
+                south_ + static_cast<double>(rows_ - 1) * north_step_ / 2};
+    }
 
     /// Reads rows [first, first + count), each from west to east, in metres; NaN if unknown.
     /// \throw IoError; Cancelled

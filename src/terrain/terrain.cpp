@@ -122,10 +122,15 @@ Grid make_grid(const Raster& raster, const TerrainOptions& options, const Terrai
     grid.rows = raster.rows();
     grid.layer = info.cell[2];
     if (options.base) {
-        const double base = *options.base / info.mm_per_metre;
-        below = std::min(below, base / 2);
         grid.closed = true;
-        grid.bottom = lowest - base;
+        grid.bottom = options.first_level != nullptr ? options.first_level->zero * options.exaggerate
+                                                     : lowest - *options.base / info.mm_per_metre;
+        below = std::min(below, (lowest - grid.bottom) / 2);
+        if (!(below > 0))
+            throw OptionError(
+                fmt::format("the lowest ground, {:g} m, is not above the bottom of the block, {:g} "
+                            "m: give a larger options.base",
+                            info.lowest, grid.bottom / options.exaggerate));
     }
     grid.lowest_layer = lowest - below;
     if (grid.columns > kMostColumns || grid.rows > kMostColumns ||
@@ -182,7 +187,8 @@ Mesh extract(const Raster& raster, const Raster& reference, const TerrainOptions
     const std::int64_t first_column = -ring, last_column = grid.columns - 1 + ring;
     const std::int64_t first_row = -ring, last_row = grid.rows - 1 + ring;
 
-    JoinedMesh joined(grid, info);
+    const std::array<double, 2> centre = raster.centre();
+    JoinedMesh joined(grid, info, {centre[0] - info.centre[0], centre[1] - info.centre[1]});
     Heights heights(raster, options.exaggerate);
     HeightError error(reference);
     double measured_to = -std::numeric_limits<double>::infinity();
@@ -206,6 +212,7 @@ Mesh extract(const Raster& raster, const Raster& reference, const TerrainOptions
         work.advance(kRangeWork + (1 - kRangeWork) * static_cast<double>(north - first_row) /
                                       static_cast<double>(last_row - first_row));
     }
+    info.zero = grid.closed ? grid.bottom / options.exaggerate : 0;
     info.rms_error = error.rms();
     info.max_error = error.max();
     joined.add_normals();
@@ -235,9 +242,7 @@ Mesh extract_terrain(const std::filesystem::path& path, const TerrainOptions& op
     info.samples = {raster.columns(), raster.rows()};
     const double upwards = options.cell.value_or(std::min(raster.east_step(), raster.north_step()));
     info.cell = {raster.east_step(), raster.north_step(), upwards};
-    const double width = static_cast<double>(raster.columns() - 1) * info.cell[0];
-    const double height = static_cast<double>(raster.rows() - 1) * info.cell[1];
-    info.centre = {raster.west() + width / 2, raster.south() + height / 2};
+    info.centre = options.first_level != nullptr ? options.first_level->centre : raster.centre();
     const Extent ground = find_range(raster, options.base.has_value(), info, work);
     if (info.lowest > info.highest) throw InputError(fmt::format("'{}': has no known height", path.string()));
 
@@ -247,8 +252,12 @@ Mesh extract_terrain(const std::filesystem::path& path, const TerrainOptions& op
         if (result != nullptr) *result = std::move(info);
         return {};
     }
-    if (options.size) info.mm_per_metre = *options.size / length;
-    if (options.base && *options.base > kMostTerrainBase * length * info.mm_per_metre)
+    if (options.first_level != nullptr)
+        info.mm_per_metre = options.first_level->mm_per_metre;
+    else if (options.size)
+        info.mm_per_metre = *options.size / length;
+    if (options.base && options.first_level == nullptr &&
+        *options.base > kMostTerrainBase * length * info.mm_per_metre)
         throw OptionError(fmt::format("options.base must be at most {:g} times the model's length of {:g} mm",
                                       kMostTerrainBase, length * info.mm_per_metre));
 

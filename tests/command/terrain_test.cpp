@@ -90,8 +90,14 @@ TEST(TerrainCommand, WritesLevelsWithHalfTheResolutionEach) {
     const std::string only = folder / ("levels/" + std::filesystem::path(grid).stem().string() + ".stl");
     EXPECT_EQ(terrain_with({grid, "-o", folder / "levels"}).code, kOk);
     EXPECT_TRUE(std::filesystem::exists(only)) << "a single surface has the name of the raster";
-    EXPECT_EQ(terrain_with({grid, "-o", folder / "{name}.ply", "--levels", "2"}).code, kOk);
+    const Outcome blocks =
+        terrain_with({grid, "-o", folder / "{name}.ply", "--levels", "2", "--base", "4", "--json"});
+    EXPECT_EQ(blocks.code, kOk);
     EXPECT_TRUE(std::filesystem::exists(folder / "level1.ply"));
+    for (const auto& level : nlohmann::json::parse(blocks.out)["levels"]) {
+        EXPECT_EQ(level["mm_per_metre"], 150.0 / 320) << "of level0";
+        EXPECT_NEAR(level["origin_m"][2].get<double>(), 4 - 4 * 320 / 150.0, 1e-9) << "its bottom";
+    }
 }
 
 TEST(TerrainCommand, WritesLevelsAsNodesOfOneScene) {
@@ -107,6 +113,7 @@ TEST(TerrainCommand, WritesLevelsAsNodesOfOneScene) {
     const auto scene = nlohmann::json::parse(glb.substr(20, bytes));
     ASSERT_EQ(scene["nodes"].size(), 3u);
     for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(levels[i]["origin_m"], (std::vector<double>{1162.5, 2122.5, 0}));
         EXPECT_EQ(scene["nodes"][i]["name"], "level" + std::to_string(i));
         const auto& mesh = scene["meshes"][scene["nodes"][i]["mesh"].get<std::size_t>()];
         const auto& indices = scene["accessors"][mesh["primitives"][0]["indices"].get<std::size_t>()];

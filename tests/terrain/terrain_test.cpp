@@ -262,6 +262,41 @@ TEST(Terrain, OfSmoothGroundKeepsItsHeightsAtACoarserCell) {
     EXPECT_GT(jagged.rms_error, 0.1 * jagged.cell[2]) << "and says so where it cannot";
 }
 
+TEST(Terrain, LevelsOfDetailLieOnEachOther) {
+    // Averages of an inclined plane are on it. Cells of 80 m leave out three columns in the east and three
+    // rows in the south.
+    const test::TemporaryFolder folder;
+    const fs::path file =
+        RasterFile{131, 115}.write(folder / "dem.tif", [](int i, int j) { return 100 + 2.0 * i + 1.0 * j; });
+    for (const std::optional<double>& base : {std::optional<double>(), std::optional(2.0)}) {
+        TerrainOptions options{.exaggerate = 1.5, .base = base, .size = 150};
+        TerrainInfo first, coarse;
+        extract_terrain(file, options, &first);
+        options.first_level = &first;
+        options.cell = 80;
+        const Mesh mesh = extract_terrain(file, options, &coarse);
+        EXPECT_EQ(coarse.centre, first.centre);
+        EXPECT_EQ(coarse.mm_per_metre, first.mm_per_metre);
+        EXPECT_EQ(coarse.zero, first.zero);
+        const double mm = first.mm_per_metre;
+        double highest = -1e9, lowest = 1e9;  // above the plane, metres
+        for (const Vec3f& p : mesh.points) {
+            const double i = (p[0] / mm + first.centre[0] - 500005) / 10;
+            const double j = (p[1] / mm + first.centre[1] - (5000000 - 1145)) / 10;
+            const double above = p[2] / mm / 1.5 + first.zero - (100 + 2 * i + j);
+            highest = std::max(highest, above);
+            lowest = std::min(lowest, above);
+        }
+        EXPECT_NEAR(highest, 0, 1e-3);
+        if (!base) {
+            EXPECT_NEAR(lowest, 0, 1e-3);
+        } else {
+            EXPECT_EQ(measure(mesh).lower[2], 0);
+            EXPECT_NEAR(first.zero, 100 - 2 / mm / 1.5, 1e-9);
+        }
+    }
+}
+
 TEST(Terrain, ErrorIncludesTheHeightsBetweenSamples) {
     // A zigzag of 8 m: averages of two samples differ by 4 m everywhere.
     const test::TemporaryFolder folder;

@@ -86,7 +86,8 @@ std::string level_text(const TerrainLevel& level) {
         info.rms_error / info.cell[2]);
 }
 
-// Extracts all levels before the first is written, each with twice the cell of the one before.
+// Extracts all levels before the first is written, each with twice the cell of the one before. They lie on
+// each other.
 void extract_levels(const TerrainCommandOptions& options, const ProgressReporter& reporter,
                     TerrainResults& results) {
     TerrainOptions terrain = terrain_options(options);
@@ -106,6 +107,7 @@ void extract_levels(const TerrainCommandOptions& options, const ProgressReporter
                 count > 1 ? fmt::format(" at level{}", i) : "", level.info.unknown_samples,
                 level.info.samples[0], level.info.samples[1]));
         terrain.cell = 2 * level.info.cell[2];
+        terrain.first_level = &results.levels.front().info;
     }
 }
 
