@@ -63,11 +63,11 @@ struct TerrainInfo {
 /// projection are off by more than 5 %.
 ///
 /// The ground fills a density volume that is inside where height - z >= 0. Marching cubes extracts it in
-/// blocks of columns; one strip of blocks and the mesh are in memory. The density is linear along vertical
-/// edges, so the surface passes exactly through the samples. The result does not depend on the blocks or on
-/// the number of threads. A closed block has vertical walls at the border and halfway to samples without a
-/// height; an open surface ends there. The mesh is empty if the surface is open and no four adjacent samples
-/// have heights.
+/// blocks of columns; one strip of blocks and the mesh are in memory, and with a coarser cell the samples
+/// that GDAL averages at once, those of 512 x 128 cells. The density is linear along vertical edges, so the
+/// surface passes exactly through the samples. The result does not depend on the blocks or on the number of
+/// threads. A closed block has vertical walls at the border and halfway to samples without a height; an open
+/// surface ends there. The mesh is empty if the surface is open and no four adjacent samples have heights.
 ///
 /// \throw IoError the file is missing or unreadable; InputError it is not an elevation raster, has no
 /// heights, or heights of more than 2^40 layers, or an option is out of range; GeometryError it has no

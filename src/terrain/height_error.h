@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include <marrow/volume.h>
 
@@ -17,13 +18,16 @@ class HeightError {
 
     /// Adds the samples with a northing in [south, north). `corners` are the easting, northing and height of
     /// each triangle's corners, in metres; triangles that face down are ignored. \pre the strips do not
-    /// overlap
-    void add_strip(double south, double north, std::span<const Vec3d> corners);
+    /// overlap \throw IoError; Cancelled
+    void add_strip(double south, double north, std::vector<Vec3d> corners);
 
     double rms() const;
     double max() const { return max_; }
 
   private:
+    // Adds rows [first, end); the corners are in columns and rows.
+    void add_rows(std::int64_t first, std::int64_t end, std::span<const Vec3d> corners);
+
     const Raster& raster_;
     double squares_ = 0, max_ = 0;
     std::int64_t samples_ = 0;

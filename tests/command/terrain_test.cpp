@@ -1,6 +1,8 @@
 // `marrow terrain` on the command line.
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -256,6 +258,22 @@ TEST(TerrainCommand, SaysItsVersionAndAllFormats) {
     EXPECT_EQ(version.out.rfind("marrow ", 0), 0u) << version.out;
     const Outcome help = terrain_with({"--help"});
     EXPECT_NE(help.out.find(".gz"), help.out.npos);
+}
+
+TEST(TerrainCommand, HoldsSlabsOfTheRasterInMemory) {
+    // 2^25 samples, of which the first strip of the surface covers all. GDAL averages them at 8 bytes each.
+    const TemporaryFolder folder;
+    write_file(folder / "flat.hdr",
+               "NROWS 4096\nNCOLS 8192\nNBITS 16\nULXMAP 0\nULYMAP 0\nXDIM 10\nYDIM 10\n");
+    write_file(folder / "flat.bil", "");
+    std::filesystem::resize_file(folder / "flat.bil", 2 * 4096 * 8192);
+    const std::string command = std::string("'") + MARROW_PROGRAM + "' terrain '" +
+                                (folder / "flat.bil").string() + "' --cell 640 -q -o '" +
+                                (folder / "flat.stl").string() + "' 2>/dev/null";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    rusage children{};
+    getrusage(RUSAGE_CHILDREN, &children);
+    EXPECT_LT(children.ru_maxrss / 1024, 800) << "MB";
 }
 
 TEST(TerrainCommand, IsReachedThroughMarrow) {
