@@ -178,6 +178,13 @@ void Raster::open() {
     }
     format_ = GDALGetDriverShortName(GDALGetDatasetDriver(dataset_));
     const GDALRasterBandH band = GDALGetRasterBand(dataset_, 1);
+    if (GDALGetRasterColorInterpretation(band) == GCI_PaletteIndex) {
+        throw InputError(fmt::format(
+            "{}: has a colour table, so its values are numbers of colours: if these are greys that stand for "
+            "heights, expand them first (gdal_translate -expand gray); if the values are heights after all, "
+            "name them so (-colorinterp gray)",
+            name_));
+    }
     const std::string unit = GDALGetRasterUnitType(band);
     const OGRSpatialReferenceH reference = GDALGetSpatialRef(dataset_);
     const std::optional<double> metres = metres_of(unit);

@@ -105,16 +105,21 @@ Extent find_range(const Raster& raster, bool closed, TerrainInfo& info, Work& wo
     return extent;
 }
 
+// Programs mark samples without a height by -9999, -32768 (which is -9988 m in feet) or far lower values.
+// Only in a few trenches of the oceans is ground as deep.
+constexpr double kMark = -9900;
+constexpr const char* kNameMark =
+    "if such a value marks samples without a height, name it (gdal_translate -a_nodata VALUE)";
+
 // The lowest layer is a golden section below the lowest ground. So heights with regular steps are rarely
 // exactly at a layer, where points would coincide.
 Grid make_grid(const Raster& raster, const TerrainOptions& options, const TerrainInfo& info) {
     const double lowest = info.lowest * options.exaggerate, highest = info.highest * options.exaggerate;
     if (!(std::max(-lowest, highest) / info.cell[2] <= kMostHeight))
         throw InputError(
-            fmt::format("heights from {:g} to {:g} m are too large for samples {:g} m apart: if they mark "
-                        "samples without a height, name that value (gdal_translate -a_nodata VALUE), else "
-                        "give a larger options.cell{}",
-                        info.lowest, info.highest, info.cell[2],
+            fmt::format("heights from {:g} to {:g} m are too large for samples {:g} m apart: {}, else give a "
+                        "larger options.cell{}",
+                        info.lowest, info.highest, info.cell[2], kNameMark,
                         options.exaggerate > 1 ? " or a smaller options.exaggerate" : ""));
     double below = 0.381966 * info.cell[2];
     Grid grid;
@@ -245,6 +250,8 @@ Mesh extract_terrain(const std::filesystem::path& path, const TerrainOptions& op
     info.centre = options.first_level != nullptr ? options.first_level->centre : raster.centre();
     const Extent ground = find_range(raster, options.base.has_value(), info, work);
     if (info.lowest > info.highest) throw InputError(fmt::format("'{}': has no known height", path.string()));
+    if (info.lowest <= kMark)
+        info.warnings.push_back(fmt::format("the lowest height is {:g} m: {}", info.lowest, kNameMark));
 
     const double length =
         std::max((ground.east - ground.west) * info.cell[0], (ground.north - ground.south) * info.cell[1]);

@@ -522,6 +522,40 @@ TEST(Terrain, RefusesHeightsThatAreTooLargeForItsLayers) {
     EXPECT_FALSE(extract_terrain(high).triangles.empty());
 }
 
+TEST(Terrain, RefusesNumbersOfColours) {
+    const test::TemporaryFolder folder;
+    const fs::path file = folder / "colours.tif";
+    GDALAllRegister();
+    GDALDatasetH dataset = GDALCreate(GDALGetDriverByName("GTiff"), file.c_str(), 9, 9, 1, GDT_Byte, nullptr);
+    GDALColorTableH table = GDALCreateColorTable(GPI_RGB);
+    const GDALColorEntry red{255, 0, 0, 255};
+    GDALSetColorEntry(table, 0, &red);
+    GDALSetRasterColorTable(GDALGetRasterBand(dataset, 1), table);
+    GDALDestroyColorTable(table);
+    GDALClose(dataset);
+    EXPECT_NE(refusal<InputError>(file, {.cell = 1}).find("colour table"), std::string::npos);
+}
+
+TEST(Terrain, WarnsOfHeightsThatMayMarkUnknownSamples) {
+    const test::TemporaryFolder folder;
+    const auto warnings = [&](double lowest, const std::string& unit) {
+        RasterFile raster{9, 9};
+        raster.unit = unit;
+        TerrainInfo info;
+        extract_terrain(
+            raster.write(folder / "dem.tif", [&](int i, int j) { return i == 4 && j == 4 ? lowest : 100; }),
+            {}, &info);
+        return info.warnings;
+    };
+    for (const char* unit : {"m", "ft"}) {
+        const std::vector<std::string> found = warnings(-32768, unit);
+        ASSERT_EQ(found.size(), 1u) << unit;
+        EXPECT_NE(found.front().find("-a_nodata"), std::string::npos) << found.front();
+    }
+    EXPECT_TRUE(warnings(-9800, "m").empty());
+    EXPECT_TRUE(warnings(-9999, "m").empty()) << "the raster names this value";
+}
+
 TEST(Terrain, CanBeCancelledWhileReading) {
     // The cell is so small that one strip takes minutes, but GDAL can be cancelled within it.
     const test::TemporaryFolder folder;
