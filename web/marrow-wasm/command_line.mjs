@@ -1,9 +1,15 @@
 // The command line that does the same.
+import { MarrowError } from './errors.mjs';
 
 const quoted = (text) => (/^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replaceAll("'", `'\\''`)}'`);
 
+// A file whose name begins as an option does, or is that of a command, is named by its path.
+const commands = ['check', 'devices', 'help', 'info', 'sweep', 'terrain', 'view'];
+const fileWord = (name) => quoted(name.startsWith('-') || commands.includes(name) ? `./${name}` : name);
+
 export function commandLine({ scan, surfaces = [], extractor = {}, labels, components = {}, smooth, simplify = {}, output, space }) {
-  const words = ['marrow', quoted(scan.name.startsWith('-') ? `./${scan.name}` : scan.name)];
+  if (/[{}]/.test(output)) throw new MarrowError(`'${output}' is a pattern on the command line: give a name without braces`, 2);
+  const words = ['marrow', fileWord(scan.name)];
   const add = (...more) => words.push(...more.map(String));
   const { series, spacing, resample, volume } = scan.options;
   if (series !== undefined) add('--series', quoted(String(series)));
@@ -14,7 +20,7 @@ export function commandLine({ scan, surfaces = [], extractor = {}, labels, compo
   if (crop) add('--crop', `vox:${[0, 1, 2].flatMap((a) => [crop.first[a], crop.last[a]]).join(',')}`);
   if (labels) {
     add('--labels');
-    if (labels.table) add(quoted(labels.table.name.startsWith('-') ? `./${labels.table.name}` : labels.table.name));
+    if (labels.table) add(fileWord(labels.table.name));
     if (labels.relax !== undefined && labels.relax !== 40) add('--relax', labels.relax);
     if (labels.only) add('--only', labels.only.join(','));
   }
@@ -38,6 +44,6 @@ export function commandLine({ scan, surfaces = [], extractor = {}, labels, compo
   if (simplify.triangles !== undefined) add('--triangles', simplify.triangles);
   if (simplify.maxError !== undefined) add('--max-error', simplify.maxError);
   if (space === 'RAS') add('--space', 'RAS');
-  add('-o', quoted(output.startsWith('-') ? `./${output}` : output));
+  add('-o', fileWord(output));
   return words.join(' ');
 }

@@ -521,6 +521,6 @@ export interface Recipe {
 
 /**
  * The command line that writes the same bytes, such as `marrow skull --isovalue 226.5 --largest -o skull.stl`, quoted for
- * a POSIX shell.
+ * a POSIX shell. Throws a MarrowError with code 2 if `output` has braces, because there they make a pattern.
  */
 export function commandLine(recipe: Recipe): string;

@@ -3,6 +3,7 @@ import { commandLine } from './command_line.mjs';
 import { contour } from './contour.mjs';
 import { Engine, canShareMemory, canUseThreads, chosenThreads, configure, prepareEngine } from './engine.mjs';
 import { MarrowError } from './errors.mjs';
+import { checked } from './options.mjs';
 
 export { MarrowError, commandLine, contour };
 
@@ -38,7 +39,7 @@ function listOf(files) {
 }
 
 function request(files, { series, spacing, resample, volume } = {}) {
-  return { files: listOf(files), series: series === undefined ? undefined : String(series), spacing, resample, volume };
+  return { files: listOf(files), series: series === undefined ? undefined : String(series), ...checked({ spacing, resample, volume }) };
 }
 
 // Does work in a worker that waits for the next task afterwards.
@@ -84,11 +85,11 @@ const typeNames = {
 };
 
 export async function scanOf(samples, { dims, spacing, origin, direction }) {
-  const type = typeNames[samples.constructor.name];
+  const type = typeNames[samples[Symbol.toStringTag]];  // of a subclass, too
   if (!type) throw new MarrowError(`samples of ${samples.constructor.name} are not supported: convert them to Float64Array`, 2);
-  const engine = Engine.take();
+  const geometry = checked({ dims, spacing, origin, direction }), engine = Engine.take();
   try {
-    const description = await engine.call('adopt', { type, dims, spacing, origin, direction, samples });
+    const description = await engine.call('adopt', { type, ...geometry, samples });
     return new Scan(engine, { ...description, name: 'scan' }, {});
   } catch (error) {
     engine.giveBack();
@@ -105,8 +106,8 @@ class Scan {
     Object.assign(this, rest, { options, histogram: { ...histogram, counts: Float64Array.from(histogram.counts) } });
   }
 
-  slice(axis, index) {
-    return this.#engine.call('slice', { axis, index, type: this.sampleType });
+  async slice(axis, index) {
+    return this.#engine.call('slice', { ...checked({ axis, index }), type: this.sampleType });
   }
 
   dispose() {
@@ -132,14 +133,14 @@ export class Extractor {
   }
 
   static async create(scan, { closed = true, snap = 0, topology = false, normals = true, crop } = {}) {
-    const options = { closed, snap, topology, normals, crop };
+    const options = checked({ closed, snap, topology, normals, crop });
     const engine = Scan.engineOf(scan);
     const { extractor } = await engine.call('createExtractor', options);
     return new Extractor(engine, extractor, scan, options);
   }
 
   async extract(isovalue, { level = 0, signal } = {}) {
-    if (!Number.isFinite(isovalue)) throw new MarrowError(`the isovalue must be a finite number, not ${isovalue}`, 2);
+    checked({ isovalue, level });
     const latest = `${this.#number}:${level}`;
     // A busy worker hears of nothing, but it can look at memory that it shares with the page, where there is such memory.
     const stop = signal && canShareMemory() ? new Int32Array(new SharedArrayBuffer(4)) : undefined;
@@ -177,13 +178,13 @@ export async function readLabelTable(scan, file) {
   return { name, labels };
 }
 
-export async function labels(scan, { relax = 40, only, crop, table = scan, onProgress, signal } = {}) {
+export async function labels(scan, { relax = 40, only, crop, table, onProgress, signal } = {}) {
   // The scan's worker goes on to the end, because ending it would lose the scan.
-  const surfaces = await Scan.engineOf(scan).call('labels', { relax, only, crop }, { onProgress, signal, abandon: true });
-  const known = new Map(table.labels.map((label) => [label.label, label]));
+  const surfaces = await Scan.engineOf(scan).call('labels', checked({ relax, only, crop }), { onProgress, signal, abandon: true });
+  const known = new Map(table?.labels.map((label) => [label.label, label]));
   const sample = scan.spacing[0] * scan.spacing[1] * scan.spacing[2] * Math.abs(determinant(scan.direction));
   return surfaces.map((surface) => {
-    const { name, colour } = known.get(surface.label);
+    const { name, colour } = known.get(surface.label) ?? surface;
     return { ...surface, name, colour, samplesVolume: surface.samples * sample };
   });
 }
@@ -194,16 +195,26 @@ function determinant([a, b, c, d, e, f, g, h, i]) {
 
 // ------------------------------------------------------------------------------------------------------------ meshes
 
-const plain = ({ points, normals = new Float32Array(), triangles, name, colour }) => ({ points, normals, triangles, name, colour });
+// The worker makes room for whole points and triangles.
+function arraysOf(mesh) {
+  for (const [name, array] of Object.entries(mesh)) {
+    if (!(array?.length % 3 === 0)) throw new MarrowError(`${name} must have three elements each, but there are ${array?.length} in all`, 2);
+  }
+  return mesh;
+}
+
+const plain = ({ points, normals = new Float32Array(), triangles, name, colour }) =>
+  ({ ...arraysOf({ points, normals, triangles }), name, ...checked({ colour }) });
 const named = (mesh, { name, colour }) => ({ ...mesh, ...(name !== undefined && { name }), ...(colour && { colour }) });
 
 export async function keepComponents(mesh, { largest, count, minVolume, cavities, ...work }) {
-  const parameters = { mesh: plain(mesh), largest, count, minVolume, cavities };
+  const parameters = { mesh: plain(mesh), ...checked({ largest, count, minVolume, cavities }) };
   const answer = await inWorker((engine) => engine.call('keepComponents', parameters, work));
   return { mesh: named(answer.mesh, mesh), note: '' };
 }
 
 export async function smooth(mesh, { iterations = 20, bound, ...work } = {}) {
+  checked({ iterations, bound });
   const matrix = typeof bound === 'object' ? rowsOf(bound.indexToPhysical) : undefined;
   const parameters = { mesh: plain(mesh), iterations, bound: matrix, maxMove: matrix ? undefined : bound };
   const { restored, ...answer } = await inWorker((engine) => engine.call('smooth', parameters, work));
@@ -216,7 +227,7 @@ export async function smooth(mesh, { iterations = 20, bound, ...work } = {}) {
 const rowsOf = (m) => [m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]];
 
 export async function simplify(mesh, { keep, triangles, maxError, scan, ...work }) {
-  const parameters = { mesh: plain(mesh), keep, triangles, maxError };
+  const parameters = { mesh: plain(mesh), ...checked({ keep, triangles, maxError }) };
   const { wanted, ...answer } = await inWorker((engine) => engine.call('simplify', parameters, work));
   const notes = [];
   if (maxError === undefined && wanted !== undefined && answer.mesh.triangles.length / 3 > wanted)
@@ -230,15 +241,16 @@ export async function simplify(mesh, { keep, triangles, maxError, scan, ...work 
 }
 
 // Normals play no part in these, so they are not copied to the worker.
-const bare = ({ points, triangles }) => ({ points, normals: new Float32Array(), triangles });
+const bare = ({ points, triangles }) => ({ ...arraysOf({ points, triangles }), normals: new Float32Array() });
 
 export const measure = (mesh, work = {}) => inWorker((engine) => engine.call('measure', { mesh: bare(mesh) }, work));
 
 export const check = (mesh, { minWall, ...work } = {}) =>
-  inWorker((engine) => engine.call('check', { mesh: bare(mesh), minWall }, work));
+  inWorker((engine) => engine.call('check', { mesh: bare(mesh), ...checked({ minWall }) }, work));
 
 export async function writeMesh(mesh, name, { space = 'LPS', ...work } = {}) {
   const meshes = (Array.isArray(mesh) ? mesh : [mesh]).map(plain);
+  checked({ space });
   if (/[/\\]/.test(name)) throw new MarrowError(`'${name}' is a path: give the name of a file`, 2);
   if (space === 'RAS' && /\.glb$/i.test(name)) throw new MarrowError('glTF has its own axes and cannot be in RAS', 2);
   const bytes = await inWorker((engine) => engine.call('write', { meshes, file: name, space }, work));

@@ -4,6 +4,7 @@
 #include <set>
 
 #include <marrow/isosurface.h>
+#include <marrow/label_table.h>
 #include <marrow/labels.h>
 #include <marrow/measure.h>
 
@@ -48,7 +49,10 @@ Json labels(const Json& request) {
     for (LabelSurface& surface :
          extract_labels(map, {.relax = request.at("relax").get<int>(), .progress = progress()})) {
         if (only && !only->contains(surface.label)) continue;
+        const LabelEntry entry = label_entry(scan_info().series.labels, surface.label);
         Json one{{"label", surface.label},
+                 {"name", entry.name},
+                 {"colour", *entry.colour},
                  {"samples", samples.at(surface.label)},
                  {"volume", marrow::measure(surface.mesh).volume},
                  {"heldBack", surface.held_back_points}};

@@ -5,19 +5,9 @@ import { dirname, join } from 'node:path';
 import test from 'node:test';
 import { gzipSync } from 'node:zlib';
 
-import { bytesOf, dicomSeries, folder, geometry, lumps, marrow, runNative, withNative, writeVolume } from './support.mjs';
+import { bytesOf, dicomSeries, folder, geometry, lumps, marrow, rejection, runNative, withNative, writeVolume } from './support.mjs';
 
-const { Extractor, MarrowError, contour, inspectScan, readScan, scanOf, writeMesh } = marrow;
-
-async function rejection(promise) {
-  try {
-    await promise;
-  } catch (error) {
-    assert.ok(error instanceof MarrowError, String(error));
-    return error;
-  }
-  assert.fail('it did not reject');
-}
+const { Extractor, contour, inspectScan, readScan, scanOf, writeMesh } = marrow;
 
 test('DICOM in memory and on the disk has native\'s surface', withNative, async (t) => {
   const path = folder(t);

@@ -1,4 +1,5 @@
 // What the tests share: the package, the native command line to compare with, and volumes.
+import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
 import { existsSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -32,6 +33,17 @@ export async function runNative(args, cwd) {
   } catch (error) {
     return { code: error.code, message: error.stderr.trim().replace(/^marrow: /, '') };
   }
+}
+
+/** The MarrowError that a promise rejects with. */
+export async function rejection(promise) {
+  try {
+    await promise;
+  } catch (error) {
+    assert.ok(error instanceof marrow.MarrowError, String(error));
+    return error;
+  }
+  assert.fail('it did not reject');
 }
 
 export async function bytesOf(blob) {

@@ -23,7 +23,7 @@ export async function exportSurface(store: Store): Promise<void> {
     const input = elementOf('input', { type: 'radio', name: 'format', value: f.extension, checked: f.extension === lastFormat, disabled: !canHold(state, f.extension) });
     return elementOf('label', {}, input, elementOf('b', {}, f.name), elementOf('span', {}, f.about));
   }));
-  const name = elementOf('input', { type: 'text', id: 'export-name', value: surfaceName(state), required: true, pattern: '[^\\/\\\\]+', spellcheck: 'false' });
+  const name = elementOf('input', { type: 'text', id: 'export-name', value: surfaceName(state), required: true, pattern: '[^\\/\\\\\\{\\}]+', title: 'Without / \\ { }', spellcheck: 'false' });
   const space = elementOf('select', { id: 'export-space' }, elementOf('option', { value: 'LPS' }, 'LPS (DICOM, ITK)'), elementOf('option', { value: 'RAS' }, 'RAS (3D Slicer, NIfTI)'));
   const spaceField = elementOf('div', { class: 'field' }, elementOf('label', { for: 'export-space' }, 'Axes'), space);
   const command = elementOf('code', { tabindex: 0, 'aria-label': 'Command line' });
@@ -36,7 +36,7 @@ export async function exportSurface(store: Store): Promise<void> {
   const file = () => `${name.value.trim() || surfaceName(state)}.${chosen()}`;
   const update = () => {
     spaceField.hidden = chosen() === 'glb'; // glTF has axes of its own
-    command.textContent = commandOf(state, file(), axes());
+    command.textContent = name.validity.patternMismatch ? '' : commandOf(state, file(), axes());
   };
   dialog.form.addEventListener('input', update);
   update();
