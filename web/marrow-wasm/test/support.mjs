@@ -118,7 +118,7 @@ function pixelData(frame, stream) {
  * `streams` are compressed slices of the transfer syntax `syntax`.
  */
 export function dicomSeries(samples, { dims: [nx, ny, nz], spacing, origin } = geometry,
-  { description = 'lumps', uid = 1, bits = 16, syntax = '1.2.840.10008.1.2.1', streams = [] } = {}) {
+  { description = 'lumps', characterSet = 'ISO_IR 100', uid = 1, bits = 16, syntax = '1.2.840.10008.1.2.1', streams = [] } = {}) {
   const Stored = bits > 8 ? Int16Array : Uint8Array;
   return Array.from({ length: nz }, (_, k) => {
     const pixels = Buffer.from(Stored.from(samples.subarray(k * nx * ny, (k + 1) * nx * ny)).buffer);
@@ -130,7 +130,7 @@ export function dicomSeries(samples, { dims: [nx, ny, nz], spacing, origin } = g
     ]);
     const data = Buffer.concat([
       Buffer.alloc(128), Buffer.from('DICM'), element(2, 0, 'UL', Buffer.from(Uint32Array.of(meta.length).buffer)), meta,
-      element(8, 5, 'CS', 'ISO_IR 100'),
+      element(8, 5, 'CS', characterSet),
       element(8, 0x16, 'UI', '1.2.840.10008.5.1.4.1.1.2'),
       element(8, 0x18, 'UI', `1.2.3.${uid}.${k + 1}`),
       element(8, 0x60, 'CS', 'CT'),
