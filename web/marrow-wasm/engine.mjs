@@ -65,7 +65,7 @@ export class Engine {
   #worker = startWorker();
   #calls = new Map();
   #last = 0;
-  #ended = false;
+  #end;  // why the worker ended, once it has
 
   constructor({ codecs = false } = {}) {
     this.codecs = codecs;
@@ -87,7 +87,8 @@ export class Engine {
    * of an older one, which rejects. With `abandon`, a signal rejects the promise, and a worker that has begun goes on.
    */
   call(name, parameters = {}, { transfer = [], onProgress, signal, latest, abandon } = {}) {
-    if (this.#ended || signal?.aborted) return Promise.reject(cancelled());
+    if (this.#end) return Promise.reject(this.#end);
+    if (signal?.aborted) return Promise.reject(cancelled());
     return new Promise((resolve, reject) => {
       const id = ++this.#last;
       const abort = () => {
@@ -104,7 +105,7 @@ export class Engine {
 
   /** Tells the worker something that needs no answer. */
   tell(name, parameters, transfer = []) {
-    if (!this.#ended) this.#worker.post({ name, parameters }, transfer);
+    if (!this.#end) this.#worker.post({ name, parameters }, transfer);
   }
 
   /** Ends the worker at once. What it did not answer rejects with code 130. */
@@ -114,12 +115,12 @@ export class Engine {
 
   /** Keeps the worker for the next task, if no other one waits already. */
   giveBack() {
-    if (this.#ended || this.#calls.size > 0 || idle) this.cancel();
+    if (this.#end || this.#calls.size > 0 || idle) this.cancel();
     else idle = this;
   }
 
   get ended() {
-    return this.#ended;
+    return this.#end !== undefined;
   }
 
   #receive({ id, result, error, progress }) {
@@ -134,6 +135,7 @@ export class Engine {
     call.unlisten();
     if (error) call.reject(Object.assign(new MarrowError(error.message, error.code), error.needsCodecs && { needsCodecs: true }));
     else call.resolve(result);
+    if (error?.broken) this.#fail(error);
   }
 
   // The worker itself failed, as by running out of memory.
@@ -142,8 +144,8 @@ export class Engine {
   }
 
   #finish(error) {
-    if (this.#ended) return;
-    this.#ended = true;
+    if (this.#end) return;
+    this.#end = error;
     if (idle === this) idle = undefined;
     this.#worker.end();
     for (const call of this.#calls.values()) {

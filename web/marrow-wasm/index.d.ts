@@ -71,7 +71,7 @@ export function threads(): number;
 
 /**
  * A file of a scan. A File of an `<input webkitdirectory>` brings its path along; for others, as from a dropped folder,
- * give it. Paths have slashes and are relative. Blobs are read piece by piece, not as a whole.
+ * give it. Paths have slashes and are relative, and no two are equal. Browsers read Blobs piece by piece, not as a whole.
  */
 export type ScanFile = File | { path: string; data: Blob | Uint8Array };
 

@@ -1,4 +1,5 @@
 // Runs in a worker: loads the WebAssembly, and does one request after the other.
+import { MarrowError } from './errors.mjs';
 import { mount, unmount } from './files.mjs';
 
 const inNode = typeof process === 'object' && process.versions?.node !== undefined;
@@ -76,25 +77,21 @@ async function load() {
   })]);
 }
 
-/** An error with the code of the command line, or kNeedsCodecs. */
-class Failure extends Error {
-  constructor(message, code) {
-    super(message);
-    this.code = code;
-  }
-}
+let broken = false;  // whether an exception of JavaScript left C++ in the middle of its work, such as with a lock held
 
-// Calls the face.
+// Calls the face. Throws a MarrowError, whose code may be kNeedsCodecs.
 function run(operation, parameters = {}) {
   const request = JSON.stringify({ operation, ...parameters });
   const size = module.lengthBytesUTF8(request) + 1;
   const address = module._malloc(size);
-  if (address === 0) throw new Failure('not enough memory for this input', 3);
+  if (address === 0) throw new MarrowError('not enough memory for this input', 3);
   module.stringToUTF8(request, address, size);
+  broken = true;
   const code = module._marrow_call(address);
+  broken = false;
   module._free(address);
   const answer = JSON.parse(module.UTF8ToString(module._marrow_answer()));
-  if (code !== 0) throw new Failure(answer.message, code);
+  if (code !== 0) throw new MarrowError(answer.message, code);
   return answer;
 }
 
@@ -157,7 +154,7 @@ function withMeshes(meshes, f) {
     for (const mesh of meshes) numbers.push(putMesh(mesh));
     return f(numbers);
   } finally {
-    for (const mesh of numbers) run('dropMesh', { mesh });
+    if (!broken) for (const mesh of numbers) run('dropMesh', { mesh });
   }
 }
 
@@ -189,7 +186,8 @@ async function withFiles(files, operation, parameters) {
 
 // Messages name files as the user knows them.
 function readable(error, mounted) {
-  if (error instanceof Failure) error.message = error.message.replaceAll(`${mounted.root}/`, '').replaceAll(mounted.root, '');
+  if (error instanceof MarrowError)
+    error.message = error.message.replaceAll(`${mounted.root}/`, '').replaceAll(mounted.root, mounted.name);
   return error;
 }
 
@@ -211,7 +209,7 @@ const requests = {
   adopt({ samples, ...parameters }) {
     const { address, count } = run('adopt', parameters);
     const bytes = new Uint8Array(samples.buffer, samples.byteOffset, samples.byteLength);
-    if (bytes.length !== count) throw new Failure(`there are ${bytes.length} bytes of samples, and dims ask for ${count}`, 2);
+    if (bytes.length !== count) throw new MarrowError(`there are ${bytes.length} bytes of samples, and dims ask for ${count}`, 2);
     new Uint8Array(memory(), address, count).set(bytes);
     return run('describe');
   },
@@ -312,8 +310,9 @@ async function work() {
       if (name === 'start') startFailure = error;
       const message = error instanceof WebAssembly.RuntimeError || error instanceof RangeError
         ? `not enough memory for this input (${error.message})` : error.message ?? String(error);
-      const needsCodecs = error.code === kNeedsCodecs;
-      if (id !== undefined) post({ id, error: { message, code: error.code > 0 ? error.code : 3, needsCodecs } });
+      // Other errors have codes of their own, as those of browsers do.
+      const code = error instanceof MarrowError ? error.code : 3, needsCodecs = code === kNeedsCodecs;
+      if (id !== undefined) post({ id, error: { message, code, needsCodecs, broken } });
     }
     // Messages that came meanwhile are received before the next request is chosen.
     await new Promise((resolve) => nextTurn(resolve));

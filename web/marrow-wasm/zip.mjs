@@ -4,6 +4,15 @@ const inNode = typeof process === 'object' && process.versions?.node !== undefin
 const kEnd = 0x06054b50, kEntry = 0x02014b50, kLocal = 0x04034b50;
 const kDamaged = 'is a damaged or unsupported ZIP archive; unpack it first';
 
+// Names that are not UTF-8 may be in any encoding. One of bytes keeps them apart.
+function nameOf(bytes) {
+  try {
+    return new TextDecoder('utf-8', { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder('latin1').decode(bytes);
+  }
+}
+
 async function view(blob, begin, end) {
   return new DataView(await blob.slice(begin, end).arrayBuffer());
 }
@@ -58,7 +67,7 @@ export async function unzip(archive) {
     if (at + 46 > list.byteLength || list.getUint32(at, true) !== kEntry) throw new Error(kDamaged);
     const [name, extra, comment] = [28, 30, 32].map((offset) => list.getUint16(at + offset, true));
     const encrypted = list.getUint16(at + 8, true) & 1;
-    const path = new TextDecoder().decode(new Uint8Array(list.buffer, at + 46, name));
+    const path = nameOf(new Uint8Array(list.buffer, at + 46, name));
     if (encrypted) throw new Error('is an encrypted ZIP archive; unpack it first');
     if (!path.endsWith('/') && !path.startsWith('__MACOSX/')) {
       const [crc, packed, size, offset] = [16, 20, 24, 42].map((field) => list.getUint32(at + field, true));

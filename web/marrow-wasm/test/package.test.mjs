@@ -4,8 +4,9 @@ import { execFileSync } from 'node:child_process';
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import test from 'node:test';
+import { Worker } from 'node:worker_threads';
 
-import { marrow, packageFolder, repository } from './support.mjs';
+import { geometry, lumps, marrow, packageFolder, rejection, repository } from './support.mjs';
 
 const description = JSON.parse(readFileSync(join(packageFolder, 'package.json')));
 
@@ -42,4 +43,19 @@ test('a worker that cannot start is not used again', async () => {
   }
   await prepare({ baseUrl: `file://${packageFolder}/` });
   (await make()).dispose();
+});
+
+test('a worker whose work an exception cut short is not used again', async (t) => {
+  const scan = await marrow.scanOf(lumps('uint8'), geometry), extractor = await marrow.Extractor.create(scan);
+  const { postMessage } = Worker.prototype;
+  t.after(() => { Worker.prototype.postMessage = postMessage; });
+  // Looking at this memory throws, in the middle of the extraction.
+  Worker.prototype.postMessage = function (message, ...more) {
+    if (message.name === 'extract') message.parameters.stop = {};
+    postMessage.call(this, message, ...more);
+  };
+  assert.equal((await rejection(extractor.extract(50))).code, 3);
+  const { code, message } = await rejection(scan.slice(2, 0));
+  assert.equal(code, 3);
+  assert.match(message, /the worker stopped/);
 });

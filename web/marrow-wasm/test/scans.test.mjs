@@ -28,7 +28,7 @@ test('DICOM in memory and on the disk has native\'s surface', withNative, async 
   }
 });
 
-// A ZIP archive of files, which are compressed unless they are `stored`.
+// A ZIP archive of files, which are compressed unless they are `stored`. Paths may be bytes of any encoding.
 function zip(files, { stored = false } = {}) {
   const parts = [], entries = [];
   let offset = 0;
@@ -80,6 +80,45 @@ test('a ZIP archive with a changed byte is refused, whether it is compressed or 
       assert.match(error.message, /^'study\.zip' is a damaged or unsupported ZIP archive; unpack it first$/);
     }
   }
+});
+
+test('files of a ZIP archive whose names are not UTF-8 stay apart', async () => {
+  const files = dicomSeries(lumps('int16')).map(({ data }, k) => ({ path: Buffer.from([0x95, 0x81 + k]), data }));
+  const { series } = await inspectScan({ path: 'study.zip', data: zip(files) });
+  assert.equal(series[0].files, 23);
+});
+
+test('two files of the same path are refused', async () => {
+  const files = dicomSeries(lumps('int16'));
+  const error = await rejection(readScan([...files, files[5]]));
+  assert.equal(error.code, 2);
+  assert.match(error.message, /two files 'series\/005\.dcm'/);
+  // What an archive holds is not what stands beside it.
+  const data = zip(dicomSeries(lumps('int16'), geometry, { uid: 2 }));
+  assert.deepEqual((await inspectScan([...files, { path: 'series.zip', data }])).series.map((s) => s.files), [23, 23]);
+});
+
+test('a header is read with the files that it names, whatever else is beside it', async () => {
+  const samples = lumps('int16'), [nx, ny, nz] = geometry.dims, bytes = Buffer.from(samples.buffer), size = 2 * nx * ny;
+  const slices = Array.from({ length: nz }, (_, k) => ({ path: `ct/${k}.raw`, data: bytes.subarray(k * size, (k + 1) * size) }));
+  const meta = (data) => Buffer.from(`NDims = 3\nDimSize = ${nx} ${ny} ${nz}\nElementSpacing = 1 1 2\nElementType = MET_SHORT\nElementDataFile = ${data}\n`);
+  const whole = [{ path: 'ct/ct.mhd', data: meta('ct.raw') }, { path: 'ct/ct.raw', data: bytes }];
+  const store = { path: 'ct/.DS_Store', data: Buffer.from('\0\0\0\x01Bud1') };
+  const list = { path: 'ct/ct.mhd', data: meta(`LIST\n${slices.map(({ path }) => path.slice(3)).join('\n')}`) };
+  for (const files of [whole, [...whole, store], [list, ...slices]]) {
+    const scan = await readScan(files);
+    assert.equal(scan.name, 'ct.mhd');
+    assert.deepEqual((await scan.slice(2, 7)).samples, samples.subarray(7 * nx * ny, 8 * nx * ny));
+    scan.dispose();
+  }
+  // A stray header does not hide a series.
+  const stray = { path: 'series/stray.hdr', data: Buffer.from('about something else') };
+  assert.equal((await inspectScan([...dicomSeries(samples), stray])).series[0].files, nz);
+});
+
+test('loose files are named in errors', async () => {
+  const texts = ['a.txt', 'b.txt'].map((path) => ({ path, data: Buffer.from('hello') }));
+  assert.match((await rejection(readScan(texts))).message, /^'scan': none of the folder's 2 files/);
 });
 
 test('several series are listed, and one is chosen by its number', async () => {

@@ -1,9 +1,10 @@
 // The page in a real browser: what a user does with it, compared with the command line.
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
-import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { cpSync, mkdirSync, readFileSync, rmSync, utimesSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, describe, test } from 'node:test';
+import { createServer, request } from 'node:http';
 import { createRequire } from 'node:module';
 import { built, serve } from '../serve.mjs';
 import { assertSameBytes, errorText, launch, mainThreadTasks, marrow, openFiles, openFolder, openPage, served, settled, startTrace, temporaryFolder } from './browser.mjs';
@@ -560,6 +561,29 @@ describe('the page', () => {
       await page.keyboard.press('?');
       assert.deepEqual(await faults(), [], 'help');
     });
+  }
+});
+
+test('a file that is changed while it is read is an error, and the next one is read', async (t) => {
+  const server = await serve(join(built, '..'));
+  t.after(() => server.close());
+  const folder = temporaryFolder(t), page = await browser.newPage();
+  t.after(() => page.close());
+  await page.goto(`${server.url}marrow-wasm/package.json`);
+  await page.evaluate(() => document.body.append(Object.assign(document.createElement('input'), { type: 'file' })));
+  for (const name of ['ball.nii', 'ball.nii.gz', 'ball.zip']) {
+    writeFileSync(join(folder, name), niftiBall());
+    await page.setInputFiles('input', join(folder, name));
+    utimesSync(join(folder, name), 1e9, 1e9);
+    const read = await page.evaluate(async (bytes) => {
+      const { readScan } = await import('/marrow-wasm/index.mjs');
+      const { code, message } = await readScan(document.querySelector('input').files).catch((error) => error);
+      const scan = await readScan({ path: 'next.nii', data: Uint8Array.from(atob(bytes), (c) => c.charCodeAt(0)) });
+      return { code, message, dims: scan.dims };
+    }, niftiBall().toString('base64'));
+    assert.equal(read.code, 3, read.message);
+    assert.ok(read.message.startsWith(`'${name}'`), read.message);
+    assert.deepEqual(read.dims, [48, 48, 48]);
   }
 });
 
