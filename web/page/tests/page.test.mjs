@@ -199,6 +199,16 @@ describe('other input', () => {
     }
   });
 
+  test('a scan of half a millimetre has a size and a volume', async (t) => {
+    const page = await openPage(t, browser, await served(t)), small = niftiBall();
+    for (const at of [80, 84, 88, ...Array.from({ length: 12 }, (_, i) => 280 + 4 * i)]) small.writeFloatLE(small.readFloatLE(at) / 100, at);
+    await openBytes(t, page, 'small.nii', small);
+    await settled(page);
+    const measures = await measuresOf(page);
+    assert.match(measures['Size, mm'], /^0\.\d\d × 0\.\d\d × 0\.\d\d$/);
+    assert.match(measures.Volume, /^0\.0+[1-9]\d mL$/);
+  });
+
   test('a zip of a folder, and a file that is dropped', async (t) => {
     const page = await openPage(t, browser, await served(t));
     const folder = temporaryFolder(t);
@@ -398,6 +408,32 @@ describe('the views', () => {
     assert.equal(await page.getAttribute(':focus', 'data-tool'), 'distance');
   });
 
+  test('a slice is measured where it is, although the crosshair is between it and the next', async (t) => {
+    const page = await openPage(t, browser, await served(t), { viewport: { width: 1400, height: 900 } });
+    await openFolder(page, head);
+    const place = async () => {
+      const position = (await text(page, '[data-view="axial"] .tr')).split(' '), number = await text(page, '[data-view="axial"] .br');
+      return { z: (position[0] === 'S' ? 1 : -1) * Number(position[1]), number: parseInt(number, 10) };
+    };
+    const first = await place();
+    // The slice of 144 x 170 samples fits its view; the click is 10.9 samples below its middle, between the samples 84 and 85.
+    const coronal = await page.locator('[data-view="coronal"] canvas').boundingBox();
+    const sample = Math.min((coronal.width - 4) / 144, (coronal.height - 4) / 170);
+    await page.mouse.click(coronal.x + coronal.width / 2, coronal.y + coronal.height / 2 + 10.9 * sample);
+    await page.waitForFunction((n) => parseInt(document.querySelector('[data-view="axial"] .br').textContent, 10) !== n, first.number);
+    const second = await place();
+    assert.ok(Math.abs(second.z - first.z - 1.2 * (second.number - first.number)) < 0.11, JSON.stringify([first, second]));
+
+    await page.keyboard.press('d');
+    const axial = await page.locator('[data-view="axial"] canvas').boundingBox();
+    await page.mouse.click(axial.x + axial.width / 2, axial.y + axial.height / 2);
+    await page.focus('[data-view="axial"]');
+    await page.keyboard.press('ArrowUp');
+    await page.waitForFunction((n) => parseInt(document.querySelector('[data-view="axial"] .br').textContent, 10) === n + 1, second.number);
+    await page.mouse.click(axial.x + axial.width / 2, axial.y + axial.height / 2);
+    assert.equal(await text(page, '[aria-label="Distances"] .value'), '1.2 mm');
+  });
+
   test('keys move slices and the camera, and choose tools', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await openFolder(page, head);
@@ -441,6 +477,15 @@ describe('the views', () => {
     const png = readFileSync(await download.path());
     assert.equal(png.subarray(1, 4).toString(), 'PNG');
     assert.ok(png.length > 50_000, `${png.length} bytes show a surface`);
+  });
+
+  test('a picture needs a surface that is shown', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    await page.dblclick('[data-view="axial"]', { position: { x: 30, y: 30 } });
+    await page.waitForFunction(() => document.querySelector('[data-view="surface"]').clientWidth === 0);
+    await page.click('#picture');
+    assert.match(await errorText(page), /show it first/);
   });
 
   test('fit a screen of 360 pixels, and touch moves the isovalue', async (t) => {

@@ -2,7 +2,7 @@
 import type { Label } from 'marrow-wasm';
 import { messageOf, showBanner } from '../banners';
 import { distanceText } from '../distances';
-import { byId, elementOf, grouped, icon } from '../dom';
+import { byId, elementOf, grouped, icon, rounded } from '../dom';
 import type { Vec3 } from '../scan/geometry';
 import { labelsOf, openTable } from '../scan/label_table';
 import type { State, Store } from '../state';
@@ -129,7 +129,7 @@ function labelRow(store: Store, { label, name, colour }: Label): LabelRow {
       const visible = !hidden.has(label), surface = labelSurfaces.find((l) => l.label === label);
       eye.setAttribute('aria-pressed', String(visible));
       eye.replaceChildren(icon(visible ? 'eye' : 'eye-off'));
-      value.textContent = surface ? `${(surface.volume / 1000).toFixed(1)} mL` : '';
+      value.textContent = surface ? `${rounded(surface.volume / 1000)} mL` : '';
     },
   };
 }
@@ -152,11 +152,11 @@ function surfaceMeasures(s: Readonly<State>): [string, string][] {
   if (!m) return [['Volume', '–'], ['Area', '–'], ['Components', '–'], ['Triangles', '–']];
   // Until the surface is measured again, its triangles are known and the other numbers are those of the last one.
   const about = s.exact ? '' : '≈ ';
-  const size = m.lower.map((low, a) => (m.upper[a]! - low).toFixed(0)).join(' × ');
+  const size = m.lower.map((low, a) => rounded(m.upper[a]! - low, 0)).join(' × ');
   const triangles = surface ? surface.mesh.triangles.length / 3 : m.triangles;
   return [
-    ['Volume', m.boundaryEdges > 0 ? 'not closed' : `${about}${(m.volume / 1000).toFixed(1)} mL`],
-    ['Area', `${about}${(m.area / 100).toFixed(1)} cm²`],
+    ['Volume', m.boundaryEdges > 0 ? 'not closed' : `${about}${rounded(m.volume / 1000)} mL`],
+    ['Area', `${about}${rounded(m.area / 100)} cm²`],
     ['Size, mm', m.triangles > 0 ? `${about}${size}` : '–'],
     ['Components', `${about}${grouped(m.components)}`],
     ['Triangles', `${about}${grouped(triangles)}`],
@@ -167,7 +167,7 @@ function surfaceMeasures(s: Readonly<State>): [string, string][] {
 function labelMeasures(s: Readonly<State>): [string, string][] {
   const visible = s.labelSurfaces.filter((l) => !s.hidden.has(l.label));
   const sum = (of: (l: (typeof visible)[number]) => number) => visible.reduce((total, l) => total + of(l), 0);
-  return [['Surfaces', grouped(visible.length)], ['Volume', `${(sum((l) => l.volume) / 1000).toFixed(1)} mL`], ['Triangles', grouped(sum((l) => l.triangles.length / 3))]];
+  return [['Surfaces', grouped(visible.length)], ['Volume', `${rounded(sum((l) => l.volume) / 1000)} mL`], ['Triangles', grouped(sum((l) => l.triangles.length / 3))]];
 }
 
 function cropSection(store: Store): HTMLElement {

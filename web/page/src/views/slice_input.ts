@@ -47,7 +47,7 @@ export function listenToSlice(view: SliceView, canvas: HTMLCanvasElement): void 
   });
   const end = (e: PointerEvent) => {
     if (pointers.delete(e.pointerId) && !moved && e.type === 'pointerup' && e.button === 0 && store.state.tool === 'distance')
-      pick(view, toPhysical(store.state.geometry!, clampIndex(store.state.geometry!, view.indexAt(at(e)))));
+      pick(view, toPhysical(store.state.geometry!, view.onSlice(clampIndex(store.state.geometry!, view.indexAt(at(e))))));
     if (pointers.size === 0) drag = undefined;
   };
   canvas.addEventListener('pointerup', end);

@@ -126,6 +126,13 @@ export class SliceView {
     return toIndex(this.geometry!, applyInverse(this.geometry!.toMm, [x, y]), this.store.state.crosshair);
   }
 
+  /** An index moved to the slice that is shown: the crosshair may be between two. */
+  onSlice(index: Vec3): Vec3 {
+    const moved: Vec3 = [...index];
+    if (this.slice) moved[this.slice.axis] = this.slice.index;
+    return moved;
+  }
+
   // The middle of the slice, mm, and pixels in a mm: the whole slice fits, with a margin for the letters.
   private placement(): { middle: Point; factor: number } {
     const s = this.geometry!, corners = [[-0.5, -0.5], [s.size[0] - 0.5, -0.5], [-0.5, s.size[1] - 0.5], [s.size[0] - 0.5, s.size[1] - 0.5]]
@@ -304,9 +311,9 @@ export class SliceView {
 
   // Bright in this slice, faint elsewhere.
   private drawDistances(context: CanvasRenderingContext2D): void {
-    const { distances, picked, geometry, crosshair } = this.store.state;
-    const axis = this.geometry!.through;
-    const inSlice = (p: Vec3) => Math.abs(toIndexSpace(geometry!, p)[axis]! - crosshair[axis]!) < 0.75;
+    const { distances, picked, geometry } = this.store.state;
+    const { axis, index } = this.slice!;
+    const inSlice = (p: Vec3) => Math.abs(toIndexSpace(geometry!, p)[axis]! - index) < 0.75;
     context.strokeStyle = context.fillStyle = '#4fc3f7';
     const end = ([x, y]: Point) => { context.beginPath(); context.arc(x, y, 3.5, 0, 7); context.fill(); };
     for (const distance of distances) {
@@ -334,9 +341,11 @@ export class SliceView {
 
   private describe(): void {
     const { geometry, crosshair } = this.store.state, s = this.geometry!;
-    const coordinate = toPhysical(geometry!, crosshair)[2 - PLANES.indexOf(this.plane)]!;
-    const position = `${coordinate >= 0 ? s.forward : s.backward} ${Math.abs(coordinate).toFixed(1)} mm`;
-    const number = `${Math.round(crosshair[s.through]!) + 1} / ${geometry!.dims[s.through]}`;
+    const index = this.onSlice(crosshair), coordinate = toPhysical(geometry!, index)[2 - PLANES.indexOf(this.plane)]!;
+    // Neighbouring slices have different positions.
+    const digits = Math.max(1, -Math.floor(Math.log10(geometry!.spacing[s.through]!)));
+    const position = `${coordinate >= 0 ? s.forward : s.backward} ${Math.abs(coordinate).toFixed(digits)} mm`;
+    const number = `${index[s.through]! + 1} / ${geometry!.dims[s.through]}`;
     this.corners['tr']!.textContent = position;
     this.corners['br']!.textContent = number;
     this.element.setAttribute('aria-label', `${this.corners['tl']!.textContent} slice ${number}, ${position}`);

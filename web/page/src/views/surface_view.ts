@@ -71,7 +71,6 @@ export class SurfaceView {
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.rotateSpeed = 0.9;
     this.controls.zoomToCursor = true;
-    this.controls.minDistance = 1;
     this.controls.addEventListener('change', () => this.draw());
     this.controls.addEventListener('start', () => { this.orbiting = true; this.frames = []; });
     this.controls.addEventListener('end', () => { this.orbiting = false; this.draw(); });
@@ -216,6 +215,7 @@ export class SurfaceView {
     const narrow = Math.min(1, this.camera.aspect);
     const distance = (0.80 * this.radius) / Math.tan((FIELD_OF_VIEW / 2 * Math.PI) / 180) / narrow;
     this.camera.position.copy(this.centre).addScaledVector(from, distance);
+    this.controls.minDistance = this.radius / 100;
     this.controls.maxDistance = 20 * distance;
     this.controls.update();
     this.draw();
@@ -343,6 +343,7 @@ export class SurfaceView {
   /** A picture of the view without the cube, twice as large as on the screen, as PNG. */
   async picture(): Promise<Blob> {
     const { clientWidth: w, clientHeight: h } = this.element;
+    if (w === 0 || h === 0) throw new Error('The picture is of the surface: show it first.');
     this.renderer.setPixelRatio(2);
     this.renderer.setSize(w, h, false);
     this.drawScene();
