@@ -3,11 +3,7 @@ import { createHash } from 'node:crypto';
 import { fileURLToPath } from 'node:url';
 import type { Plugin } from 'vite';
 import { defineConfig } from 'vite';
-
-const POLICY = [
-  "default-src 'none'", "script-src 'self' 'wasm-unsafe-eval'", "worker-src 'self'", "connect-src 'self'", "style-src 'self'", "img-src 'self' data: blob:",
-  "base-uri 'none'", "form-action 'none'",
-].join('; ');
+import { POLICY } from './policy.mjs';
 
 function securityPolicy(): Plugin {
   return {
@@ -19,7 +15,7 @@ function securityPolicy(): Plugin {
 // The modules for one thread. Where the service worker works, pages are isolated and load the others.
 const ONE_THREAD = /\/marrow(-codecs)?-[\w-]{8}\.(mjs|wasm)$/;
 
-// Tells the service worker the names of the files to keep, and a version that changes when one of them does.
+// Tells the service worker the policy, the names of the files to keep, and a version that changes when one of them does.
 function fileList(): Plugin {
   return {
     name: 'file-list', apply: 'build', enforce: 'post',
@@ -32,7 +28,8 @@ function fileList(): Plugin {
         hash.update(name).update(file.type === 'chunk' ? file.code : file.source);
       }
       const kept = names.filter((name) => !ONE_THREAD.test(name));
-      worker.code = worker.code.replaceAll(/\bFILES\b/g, JSON.stringify(['./', ...kept])).replaceAll(/\bVERSION\b/g, JSON.stringify(hash.digest('hex').slice(0, 12)));
+      worker.code = worker.code.replaceAll(/\bFILES\b/g, JSON.stringify(['./', ...kept])).replaceAll(/\bVERSION\b/g, JSON.stringify(hash.digest('hex').slice(0, 12)))
+        .replaceAll(/\bPOLICY\b/g, JSON.stringify(POLICY));
     },
   };
 }

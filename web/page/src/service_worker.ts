@@ -1,10 +1,11 @@
-// Keeps the files of the page, and adds the two headers that isolate it, so that threads work on any server.
+// Keeps the files of the page, and adds the headers that isolate it and its workers, so that threads work on any server.
 export {}; // a module, so that its names are its own
 
 const worker = self as unknown as ServiceWorkerGlobalScope;
 
-// The build puts the names of the files to keep here, and a version that changes with them. The modules for one thread are
+// The build puts the policy, the names of the files to keep, and a version that changes with them here. The modules for one thread are
 // not among them: pages that this worker answers are isolated, and use those for several.
+declare const POLICY: string;
 declare const FILES: string[];
 declare const VERSION: string;
 const CACHE = `marrow-${VERSION}`;
@@ -29,9 +30,11 @@ worker.addEventListener('fetch', (event) => {
 async function answer(request: Request): Promise<Response> {
   const cache = await caches.open(CACHE);
   const response = (await cache.match(request, { ignoreSearch: true })) ?? (await fetch(request));
+  if (response.type === 'opaqueredirect') return response; // the browser follows it
   const headers = new Headers(response.headers);
   headers.set('Cross-Origin-Opener-Policy', 'same-origin');
   headers.set('Cross-Origin-Embedder-Policy', 'require-corp');
   headers.set('Cross-Origin-Resource-Policy', 'same-origin');
+  headers.set('Content-Security-Policy', POLICY);
   return new Response(response.body, { status: response.status, statusText: response.statusText, headers });
 }

@@ -563,12 +563,52 @@ describe('the page', () => {
     await assertSameBytes(page, folder, 'stl');
   });
 
-  test('may not connect to any other site', async (t) => {
-    const page = await openPage(t, browser, await served(t), { expected: /example\.org|Content Security Policy/ });
-    const blocked = await page.evaluate(() => fetch('https://example.org/').then(() => false, () => true));
-    assert.ok(blocked);
-    const policy = await page.getAttribute('meta[http-equiv="Content-Security-Policy"]', 'content');
-    assert.doesNotMatch(policy, /https?:|\*|unsafe-inline|'unsafe-eval'/);
+  for (const [isolated, place] of [[true, 'with the headers of its server'], [false, 'with those of the service worker']]) {
+    test(`may not connect to any other site, nor may its workers (${place})`, async (t) => {
+      const others = createServer((_, response) => response.writeHead(200, { 'Cross-Origin-Resource-Policy': 'cross-origin' }).end());
+      await new Promise((resolve) => { others.listen(0, 'localhost', resolve); });
+      t.after(() => others.close());
+      const other = `http://localhost:${others.address().port}/`;
+      const page = await openPage(t, browser, await served(t, { isolated }),
+        { expected: new RegExp(`${other}|Content Security Policy`), serviceWorkers: isolated ? 'block' : 'allow' });
+      if (!isolated) {
+        await page.waitForFunction(() => crossOriginIsolated, null, { timeout: 30_000 });
+        await page.waitForSelector('body[data-threads]', { state: 'attached' });
+      }
+      const policy = await page.getAttribute('meta[http-equiv="Content-Security-Policy"]', 'content');
+      assert.doesNotMatch(policy, /https?:|\*|unsafe-inline|'unsafe-eval'/);
+      // Threads of WebAssembly wait and cannot be asked.
+      const workers = page.workers().filter((worker) => !worker.url().includes('marrow-mt'));
+      assert.ok(workers.length > 0);
+      for (const place of [page, ...workers])
+        assert.ok(await place.evaluate((url) => fetch(url, { mode: 'no-cors' }).then(() => false, () => true), other), place.url());
+    });
+  }
+
+  test('follows redirections of its server, with the service worker too', async (t) => {
+    const url = await served(t);
+    const server = createServer(async ({ url: path }, response) => {
+      if (path === '/moved') return response.writeHead(302, { Location: './' }).end();
+      const found = await fetch(new URL(path, url));
+      response.writeHead(found.status, { 'Content-Type': found.headers.get('Content-Type') ?? '' }).end(Buffer.from(await found.arrayBuffer()));
+    });
+    await new Promise((resolve) => { server.listen(0, 'localhost', resolve); });
+    t.after(() => { server.close(); server.closeAllConnections(); });
+    const page = await openPage(t, browser, `http://localhost:${server.address().port}/`, { serviceWorkers: 'allow' });
+    await page.waitForFunction(() => crossOriginIsolated, null, { timeout: 30_000 });
+    await page.goto(new URL('moved', page.url()).href);
+    await page.waitForSelector('body[data-threads]', { state: 'attached' });
+  });
+
+  test('its server answers a bad request, and goes on', async (t) => {
+    const url = await served(t), { hostname, port } = new URL(url);
+    for (const path of ['/%', '//']) {
+      const status = await new Promise((resolve, reject) => {
+        request({ hostname, port, path }, (response) => { response.resume(); resolve(response.statusCode); }).on('error', reject).end();
+      });
+      assert.equal(status, 400, path);
+    }
+    assert.equal((await fetch(url)).status, 200);
   });
 
   test('shows the demo scan at one click', async (t) => {
