@@ -1,5 +1,5 @@
 // Keeps the surface up to date with the controls: a preview first, then full resolution, then what is done to it.
-import type { Crop, Mesh, StepResult } from 'marrow-wasm';
+import type { Crop, Mesh, Scan, StepResult } from 'marrow-wasm';
 import { Extractor, MarrowError, check, keepComponents, labels, measure, simplify, smooth } from 'marrow-wasm';
 import { named } from './scan/label_table';
 import type { State, Store, Surface } from './state';
@@ -39,9 +39,10 @@ export class Surfaces {
   /** Requests what is missing, for instance full resolution at the end of a drag. */
   update(): void {
     const s = this.store.state;
-    if (!s.scan || s.asLabels) return;
     this.full.abort();
     this.steps.abort();
+    this.wanted = undefined;
+    if (!s.scan || s.asLabels) return;
     this.wanted = requestOf(s);
     this.store.set({ exact: false, light: { state: 'busy', text: '' } });
     if (!this.running) void this.run();
@@ -91,16 +92,16 @@ export class Surfaces {
     const full = await extractor.extract(request.isovalue, preview ? { signal: this.full.signal } : {});
     this.fullMs = performance.now() - started;
     this.store.set({ extractMs: full.stats.extractMs });
-    await this.refine(full, request);
+    await this.refine(full, request, extractor.scan);
   }
 
-  private async refine(full: Mesh, request: Request): Promise<void> {
+  private async refine(full: Mesh, request: Request, scan: Scan): Promise<void> {
     const { isovalue } = request, long = request.smooth > 0 || request.keep < 100;
     const { signal } = (this.steps = new AbortController());
     const notes: string[] = [];
     let mesh = full;
     const step = async (text: string, work: Promise<StepResult>) => {
-      if (long) this.store.set({ light: { state: 'busy', text } });
+      if (long && !signal.aborted) this.store.set({ light: { state: 'busy', text } });
       const result = await work;
       mesh = result.mesh;
       if (result.note) notes.push(result.note);
@@ -109,7 +110,7 @@ export class Surfaces {
     if (long) this.show({ mesh, isovalue, level: 0, refined: true });
     if (request.smooth > 0) await step('smoothing', smooth(mesh, { iterations: request.smooth, signal }));
     if (request.keep < 100)
-      await step('reducing', simplify(mesh, { keep: request.keep / 100, scan: this.extractor!.scan, signal }));
+      await step('reducing', simplify(mesh, { keep: request.keep / 100, scan, signal }));
     if (this.wanted && long) return;
     const refined = request.largest || long;
     this.show({ mesh, isovalue, level: 0, refined }, !this.wanted);

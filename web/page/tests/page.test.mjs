@@ -282,6 +282,30 @@ describe('other input', () => {
     assert.match(await assertSameBytes(page, folder, 'stl'), /--series/);
   });
 
+  test('a scan that is opened while another one is reduced takes its place', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openBytes(t, page, 'ball.nii', niftiBall());
+    await settled(page);
+    await page.fill('#field-keep', '40');
+    await page.press('#field-keep', 'Enter');
+    await settled(page);
+    await page.evaluate(() => {
+      const { postMessage } = Worker.prototype;
+      Worker.prototype.postMessage = function (message, ...more) {
+        if (message.name !== 'keepComponents' || window.goOn) return postMessage.call(this, message, ...more);
+        window.goOn = () => postMessage.call(this, message, ...more);
+      };
+    });
+    await page.getByLabel('Largest component only').check();
+    await page.waitForFunction(() => window.goOn);
+    const folder = await openBytes(t, page, 'next.nii', niftiBall());
+    await page.waitForFunction(() => document.title.startsWith('next.nii'));
+    await page.evaluate(() => window.goOn());
+    await settled(page);
+    assert.equal(await page.locator('.banner.error').count(), 0);
+    await assertSameBytes(page, folder, 'stl');
+  });
+
   test('the headers are looked at once, however often the surface changes', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await page.evaluate(() => {
@@ -367,6 +391,33 @@ describe('other input', () => {
     assert.ok(!(await page.isVisible('#isovalue .command')));
     await page.click('#export');
     assert.match(await text(page, '.banner'), /show a label/);
+  });
+
+  test('a label map that is shown as such again is not reduced any more', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await page.evaluate(() => {
+      const { postMessage, terminate } = Worker.prototype;
+      Worker.prototype.postMessage = function (message, ...more) {
+        if (message.name === 'smooth') window.smoothing = this;
+        else postMessage.call(this, message, ...more);
+      };
+      Worker.prototype.terminate = function () {
+        if (window.smoothing === this) window.ended = true;
+        terminate.call(this);
+      };
+    });
+    await openBytes(t, page, 'halves.nrrd', labelNrrd());
+    await settled(page);
+    const separate = page.getByLabel('Each label has its own surface');
+    await separate.uncheck();
+    await settled(page);
+    await page.fill('#field-smooth', '10');
+    await page.press('#field-smooth', 'Enter');
+    await page.waitForFunction(() => window.smoothing);
+    await separate.check();
+    await page.waitForFunction(() => window.ended, null, { timeout: 10_000 });
+    await settled(page);
+    assert.equal(await text(page, '#light'), 'closed');
   });
 
   test('a label map is not exported before its surfaces follow the controls', async (t) => {
