@@ -302,7 +302,7 @@ void ExportDialog::follow() {
     commands_->setPlainText(lines.join("\n"));
     size_->setText(!obstacle.isEmpty() ? obstacle
                    : bytes             ? tr("About %1").arg(size_text(*bytes))
-                                       : tr("The size is not known before"));
+                                       : tr("The size is not known in advance"));
     export_->setEnabled(obstacle.isEmpty() && !file_->text().isEmpty());
 }
 
