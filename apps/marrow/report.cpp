@@ -41,7 +41,10 @@ void print_text(std::ostream& out, const SurfaceResults& results) {
             if (const auto& moved = step.deviation ? step.deviation : step.moved)
                 out << fmt::format(", moved {:.3g} mm at most and {:.3g} mm on average", moved->max,
                                    moved->mean);
-            if (step.held_back > 0)
+            if (step.held_back > 0 && step.deviation)
+                out << fmt::format(", {} collapses undone to keep the surface valid or close enough",
+                                   step.held_back);
+            else if (step.held_back > 0)
                 out << fmt::format(", held back at {} points to keep the surface from passing through itself",
                                    step.held_back);
             out << '\n';

@@ -50,11 +50,11 @@ struct IsosurfaceStats {
 /// trilinear interpolant. It is a manifold as well: some cells get one point or six points inside. Where a
 /// sample is not finite, faces stay separated.
 ///
-/// With `snap`, if an edge crosses the surface within that fraction of a sample, the points on all edges of
-/// the sample merge into one point between them. If the surface would not stay manifold, they move to that
-/// distance instead. Within the grid, where each edge has the length 1, no point moves by more than `snap`:
-/// in mm by at most `snap` times a cell's longest edge, or in a sheared grid sqrt(3) times as much. After
-/// SnapMC, Raman and Wenger 2008.
+/// With `snap`, if an edge crosses the surface within that fraction of a sample, up to three of the points
+/// on the sample's edges, on different axes, merge into one point between them. The others, and all of them
+/// if the surface would not stay valid, move to that distance instead. Within the grid, where each edge has
+/// the length 1, no point moves by more than `snap`: in mm by at most `snap` times a cell's longest edge, or
+/// in a sheared grid sqrt(3) times as much. After SnapMC, Raman and Wenger 2008.
 ///
 /// Marching cubes after Lorensen and Cline 1987; histogram pyramids after Ziegler et al. 2006 and Dyken et
 /// al. 2008. `stats` may be null. \throw InputError a null view, bad geometry, an isovalue that is NaN or

@@ -45,8 +45,8 @@ struct LabelSurface {
 ///
 /// A surface does not enclose exactly the volume of its label's samples, which count_labels returns. The
 /// points begin near the middles of grid edges, which cuts off corners. Relaxation restores some volume of
-/// compact shapes, and shrinks rods and specks by up to half a sample on each side. A large organ loses a few
-/// hundredths of its volume; a structure of one or two samples can lose most of it.
+/// compact shapes, and shrinks rods and specks by up to half a sample on each side. A large organ keeps
+/// its volume within about 1 %; a structure of one or two samples can lose most of it.
 ///
 /// A normal is the mean of the normals of the triangles around its point, weighted by area. The result does
 /// not depend on the number of threads. A map with gaps between rows or slices is copied first.

@@ -1,4 +1,5 @@
-/// Includes all of Marrow: from scans to surfaces.
+/// Includes all of Marrow, from scans to surfaces, but gpu.h and terrain.h, which belong to libraries of
+/// their own.
 #pragma once
 
 #include <marrow/atomic_file.h>
@@ -9,6 +10,7 @@
 #include <marrow/histogram.h>
 #include <marrow/isosurface.h>
 #include <marrow/isovalue_sweep.h>
+#include <marrow/label_parts.h>
 #include <marrow/label_table.h>
 #include <marrow/labels.h>
 #include <marrow/measure.h>

@@ -39,7 +39,7 @@ MARROW_EXPORT bool holds_several(MeshFormat format);
 MARROW_EXPORT bool holds_normals(MeshFormat format);
 
 struct MeshWriteOptions {
-    Space space = Space::LPS;  ///< RAS negates x and y of points and normals; .glb does not support it
+    Space space = Space::LPS;  ///< RAS negates x and y of points and normals; .glb and .dcm do not support it
     Progress progress = {};    ///< called while writing
     /// For .dcm: the DICOM files of the scan (SeriesInfo::dicom_files), whose frame of reference the object
     /// states.

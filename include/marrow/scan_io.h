@@ -56,7 +56,7 @@ struct ScanOptions {
     std::optional<std::int64_t> level = {};
     /// Keep 8- and 16-bit samples whose values have a fraction as they are stored, with Volume::rescale(),
     /// instead of rescaling them to float32 in twice the memory or more. All functions of this library work
-    /// on the values of such a volume. Who reads its samples must rescale them.
+    /// on the values of such a volume. Whoever reads its samples must rescale them.
     bool keep_stored = false;
     int threads = 0;         ///< threads to use; 0: all
     Progress progress = {};  ///< called while reading

@@ -42,10 +42,10 @@ struct SmoothStats {
 ///
 /// Only points move, so the surface stays as closed and as manifold as it was. Where it would pass through
 /// itself, points go back part of the way that they came: MeshCheck::self_intersections does not increase,
-/// and stays 0. Points on open or non-manifold edges do not move, nor do points that would move to infinity.
-/// A closed component keeps its shape if its volume would change by more than half; this happens to specks of
-/// a few samples. If the mesh has normals, they are computed again from the triangles, unless `iterations` is
-/// 0. The result has the same bits for any number of threads.
+/// and 0 stays 0. Points on open or non-manifold edges do not move, nor do points that would move
+/// to infinity. A closed component keeps its shape if its volume would change by more than half; this
+/// happens to specks of a few samples. If the mesh has normals, they are computed again from the triangles,
+/// unless `iterations` is 0. The result has the same bits for any number of threads.
 ///
 /// \throw InputError if `iterations` or `max_move` is negative, if `pass_band` is outside its range, if
 /// `bound` is singular, if a triangle has an index out of range, or if a coordinate is not finite

@@ -1,6 +1,10 @@
 #include "errors.h"
 
+#include <array>
+#include <cstddef>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <marrow/gpu.h>
 
@@ -30,9 +34,24 @@ PyObject* add(py::module_& module, const char* name, const char* doc, const py::
     return type;
 }
 
+// The library's messages name options and functions of C++.
+std::string with_names_of_python(std::string message) {
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kNames{
+        {{"limits.memory", "max_memory"}, {"inspect_scan", "marrow.inspect"}, {"options.", ""}}};
+    for (const auto& [cpp, python] : kNames) {
+        for (std::size_t at = message.find(cpp); at != message.npos; at = message.find(cpp, at)) {
+            // File names may have such words behind a letter, a slash or a full stop.
+            const bool is_word = at == 0 || message[at - 1] == ' ';
+            if (is_word) message.replace(at, cpp.size(), python);
+            at += is_word ? python.size() : cpp.size();
+        }
+    }
+    return message;
+}
+
 // Raises an error, also if a word of a file in its message is not UTF-8.
 void raise(PyObject* type, const std::exception& error) {
-    PyErr_SetObject(type, readable(error.what()).ptr());
+    PyErr_SetObject(type, readable(with_names_of_python(error.what())).ptr());
 }
 
 void translate(std::exception_ptr exception) {

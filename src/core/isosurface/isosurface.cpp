@@ -1,4 +1,4 @@
-// The three passes of the extraction in order: classify, count, emit.
+// The passes of the extraction in order: classify, count, sum, emit.
 #include <marrow/isosurface.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-/// Pass 3: makes points and normals from crossed edges, and triangles from active cells.
+/// The last pass: makes points and normals from crossed edges, and triangles from active cells.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-/// Pass 3 with snapping: points close to the same sample merge, and triangles that collapse are left out.
+/// The last pass with snapping: points close to the same sample merge, and triangles that collapse are left out.
 #pragma once
 
 #include <cstddef>
