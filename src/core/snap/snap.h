@@ -1,4 +1,5 @@
-/// The last pass with snapping: points close to the same sample merge, and triangles that collapse are left out.
+/// The last pass with snapping: points close to the same sample merge, and triangles that collapse are left
+/// out.
 #pragma once
 
 #include <cstddef>
