@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <ostream>
 #include <string>
 
 #include <marrow/isosurface.h>
@@ -32,6 +33,10 @@ struct Noise {
     std::function<double(Random&)> sample;
     double isovalue;
 };
+
+void PrintTo(const Noise& noise, std::ostream* out) {
+    *out << noise.name;
+}
 
 class Tunnels : public testing::TestWithParam<Noise> {};
 
