@@ -43,7 +43,7 @@ class FoundWalls {
     }
 
     py::tuple restore() const {
-        return to_python(compute(py::none(), [&](const Progress& report) {
+        return volume_.to_python(compute(py::none(), [&](const Progress& report) {
             return restore_thin_walls(volume_.view(), isovalue_, found_, report);
         }));
     }

@@ -59,6 +59,8 @@ def test_they_are_the_same_in_any_order_of_the_axes(scan, frame, walls):
     found = marrow.find_thin_walls(array, 225.5, frame, noise=5)
     assert found.area == pytest.approx(walls.area)
     np.testing.assert_allclose(found.positions, walls.positions)
+    np.testing.assert_array_equal(found.restore().array, walls.restore().array)
+    assert np.array_equal(found.restore().affine, walls.restore().affine)
     # The order of the axes decides how polygons are cut into triangles.
     volumes = [marrow.extract(w.restore(), 225.5, closed=True).measure().volume for w in (found, walls)]
     assert volumes[0] == pytest.approx(volumes[1], rel=1e-4)
