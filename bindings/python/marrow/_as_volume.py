@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+import warnings
+from collections.abc import Sequence
 from typing import Any, Optional
 
 import numpy as np
@@ -12,6 +14,13 @@ from ._marrow import InputError
 from ._volume import Geometry, Volume
 
 _NIFTI_UNITS = {1: 1e3, 3: 1e-3}  # mm by the codes for metres and micrometres; the others are taken as mm
+_LENGTHS = {  # in mm
+    **dict.fromkeys(("mm", "millimeter", "millimetre"), 1.0),
+    **dict.fromkeys(("m", "meter", "metre"), 1e3),
+    **dict.fromkeys(("cm", "centimeter", "centimetre"), 10.0),
+    **dict.fromkeys(("um", "\u00b5m", "\u03bcm", "micrometer", "micrometre", "micron"), 1e-3),  # both signs of micro
+    **dict.fromkeys(("nm", "nanometer", "nanometre"), 1e-6),
+}
 
 
 def as_volume(source: Any) -> Volume:
@@ -26,14 +35,16 @@ def as_volume(source: Any) -> Volume:
     Returns
     -------
     Volume
-        The samples of the image. nibabel's RAS is converted to LPS, and NIfTI's metres and micrometres to mm; nibabel
-        and xarray scale and load samples that are not in memory. VTK and xarray do not say which way patients lie:
-        their axes are taken as LPS.
+        The samples of the image. nibabel's RAS is converted to LPS, and the units of NIfTI and of xarray's
+        coordinates to mm; nibabel and xarray scale and load samples that are not in memory. VTK and xarray do not say
+        which way patients lie: their axes are taken as LPS. For a NIfTI image without sform and qform, whose place is
+        unknown, a RuntimeWarning says so.
 
     Raises
     ------
     InputError
-        The image has not three dimensions, several components, no samples at its points, or uneven coordinates.
+        The image has not three dimensions, several components, no samples at its points, or coordinates that are uneven
+        or no lengths.
     """
     if _has(source, "affine", "dataobj", "header"):
         return _of_nibabel(source)
@@ -102,23 +113,31 @@ def _of_itk(image: Any) -> Volume:
     if hasattr(matrix, "GetVnlMatrix"):
         vnl = matrix.GetVnlMatrix()
         matrix = [[vnl.get(row, column) for column in range(vnl.cols())] for row in range(vnl.rows())]
-    return _of_itk_geometry(image, array, np.array(matrix, float))
+    return _of_itk_geometry(image, array, np.array(matrix, float), list(image.GetBufferedRegion().GetIndex()))
 
 
 def _of_simple_itk(image: Any) -> Volume:
     array = _module_of(image).GetArrayViewFromImage(image)
-    return _of_itk_geometry(image, array, np.array(image.GetDirection(), float))
+    return _of_itk_geometry(image, array, np.array(image.GetDirection(), float), [0, 0, 0])
 
 
-def _of_itk_geometry(image: Any, array: Array, direction: Any) -> Volume:
-    if array.ndim != 3:
-        raise InputError(f"the image has an array of {array.ndim} axes: a volume has three, and one component")
-    return Volume(
-        np.asarray(_Shared(array, image)),
-        spacing=list(image.GetSpacing()),
-        origin=list(image.GetOrigin()),
-        direction=direction.reshape(3, 3),
-    )
+def _of_itk_geometry(image: Any, array: Array, direction: Any, first: list[int]) -> Volume:
+    axes = len(image.GetSpacing())
+    if axes != 3 or array.ndim != 3:
+        raise InputError(
+            f"the image has {axes} axes and an array of {array.ndim} axes: a volume has three, and one component"
+        )
+    return _placed(np.asarray(_Shared(array, image)), image, direction.reshape(3, 3), first)
+
+
+def _placed(array: Array, image: Any, direction: Any, first: Sequence[int]) -> Volume:
+    """Return an image whose first sample has the index `first`.
+
+    Its origin is that of the index (0, 0, 0), which it need not have.
+    """
+    spacing = np.array(list(image.GetSpacing()))
+    origin = np.array(list(image.GetOrigin())) + direction @ (spacing * first)
+    return Volume(array, spacing=spacing, origin=origin, direction=direction)
 
 
 def _of_vtk(image: Any) -> Volume:
@@ -127,18 +146,15 @@ def _of_vtk(image: Any) -> Volume:
         raise InputError("the vtkImageData has no active scalars at its points; samples of cells are not points")
     if scalars.GetNumberOfComponents() != 1:
         raise InputError(f"the vtkImageData has {scalars.GetNumberOfComponents()} components instead of one")
+    if scalars.IsA("vtkBitArray"):
+        raise InputError("the vtkImageData has samples of one bit: convert them to unsigned char")
+    samples = as_array(scalars)
+    if samples.dtype.kind == "S":  # the buffer of VTK's char, which is signed on most machines
+        samples = samples.view(np.int8 if scalars.GetDataTypeMin() < 0 else np.uint8)
     nx, ny, nz = image.GetDimensions()
-    spacing = np.array(image.GetSpacing())
     matrix = image.GetDirectionMatrix()
     direction = np.array([[matrix.GetElement(row, column) for column in range(3)] for row in range(3)])
-    # The origin is that of the index (0, 0, 0), which need not be in the extent.
-    first = np.array(image.GetExtent()[::2])
-    return Volume(
-        as_array(scalars).reshape(nz, ny, nx),
-        spacing=spacing,
-        origin=np.array(image.GetOrigin()) + direction @ (spacing * first),
-        direction=direction,
-    )
+    return _placed(samples.reshape(nz, ny, nx), image, direction, image.GetExtent()[::2])
 
 
 def _of_nibabel(image: Any) -> Volume:
@@ -150,7 +166,15 @@ def _of_nibabel(image: Any) -> Volume:
     if image.affine is None:
         raise InputError("the image states no affine: give Volume its samples and their spacing")
     affine = np.array(image.affine, float)
-    if hasattr(image.header, "get_xyzt_units"):  # only NIfTI states a unit
+    if hasattr(image.header, "get_xyzt_units"):  # NIfTI, which alone states a unit
+        if image.header["sform_code"] <= 0 and image.header["qform_code"] <= 0:
+            # nibabel makes up an affine then, which mirrors the image.
+            affine = np.diag([*(float(zoom) for zoom in image.header.get_zooms()[:3]), 1.0])
+            warnings.warn(
+                "the NIfTI header has neither sform nor qform; position and orientation are unknown",
+                RuntimeWarning,
+                stacklevel=3,
+            )
         affine[:3] *= _NIFTI_UNITS.get(int(image.header["xyzt_units"]) & 7, 1)
     return Volume(array.T, affine=affine, space="RAS")  # the axes are i, j, k
 
@@ -167,7 +191,7 @@ def _of_xarray(source: Any) -> tuple[Any, dict[str, Any]]:
     for axis, dim in enumerate(reversed(order)):
         if dim not in source.coords:
             continue
-        values = np.asarray(source.coords[dim], float)
+        values = _lengths(source.coords[dim], dim)
         origin[axis] = values[0] if len(values) else 0
         if len(values) < 2:
             continue
@@ -176,3 +200,18 @@ def _of_xarray(source: Any) -> tuple[Any, dict[str, Any]]:
             raise InputError(f"the coordinates along {dim} are not evenly spaced: resample the DataArray first")
         spacing[axis], sign[axis] = abs(step), np.sign(step)
     return array, {"spacing": spacing, "origin": origin, "direction": np.diag(sign)}
+
+
+def _lengths(coordinates: Any, dim: Any) -> Array:
+    """Return the coordinates along a dimension in mm."""
+    values = np.asarray(coordinates)
+    if values.dtype.kind not in "iuf":
+        raise InputError(
+            f"the coordinates along {dim} are of type {values.dtype} and no lengths: drop them, with .drop_vars()"
+        )
+    unit = coordinates.attrs.get("units", "mm")
+    if unit not in _LENGTHS:
+        raise InputError(
+            f"the coordinates along {dim} have the unit {unit!r}: convert them to one of {', '.join(_LENGTHS)}"
+        )
+    return values.astype(float) * _LENGTHS[unit]

@@ -65,6 +65,23 @@ def test_vtk_without_samples_at_points_is_refused(vtk_image):
         marrow.as_volume(vtk_image)
 
 
+def test_chars_of_vtk_are_integers_and_bits_are_refused(vtk_image):
+    from vtkmodules.vtkCommonCore import vtkBitArray, vtkCharArray
+
+    number = vtk_image.GetNumberOfPoints()
+    chars, bits = vtkCharArray(), vtkBitArray()
+    for array in (chars, bits):
+        array.SetNumberOfValues(number)
+        array.Fill(0)
+    chars.SetComponent(7, 0, -5)
+    vtk_image.GetPointData().SetScalars(chars)
+    volume = marrow.as_volume(vtk_image)
+    assert volume.array.flat[7] == chars.GetComponent(7, 0) and np.count_nonzero(volume.array) == 1
+    vtk_image.GetPointData().SetScalars(bits)
+    with pytest.raises(marrow.InputError, match="one bit"):
+        marrow.as_volume(vtk_image)
+
+
 def test_vtk_shares_the_arrays_of_a_mesh(ball):
     pytest.importorskip("vtkmodules")
     from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -119,6 +136,19 @@ def test_units_of_nibabel_become_millimetres(ball, tmp_path, unit):
     assert volume.spacing[0] == pytest.approx(2 * {"meter": 1e3, "micron": 1e-3}.get(unit, 1))
 
 
+def test_an_image_of_nibabel_without_a_place_is_not_mirrored(ball, tmp_path):
+    nibabel = pytest.importorskip("nibabel")
+    image = nibabel.Nifti1Image(ball.T, np.diag([2, 3, 4, 1]))
+    image.set_sform(None, 0)
+    image.set_qform(None, 0)
+    nibabel.save(image, tmp_path / "ball.nii")
+    with pytest.warns(RuntimeWarning, match="neither sform nor qform"):
+        volume = marrow.as_volume(nibabel.load(tmp_path / "ball.nii"))
+    own = marrow.read(tmp_path / "ball.nii")
+    assert np.array_equal(volume.affine, own.affine) and volume.spacing.tolist() == [2, 3, 4]
+    assert "neither sform nor qform" in own.warnings[0]
+
+
 def test_an_image_of_nibabel_without_an_affine_is_refused(ball):
     nibabel = pytest.importorskip("nibabel")
     with pytest.raises(marrow.InputError, match="affine"):
@@ -150,8 +180,13 @@ class ItkImage:
 
 
 class FakeItk(ItkImage):
+    index = (0, 0, 0)
+
     def GetLargestPossibleRegion(self):
         pass
+
+    def GetBufferedRegion(self):
+        return types.SimpleNamespace(GetIndex=lambda: self.index)
 
     def GetDirection(self):
         vnl = types.SimpleNamespace(rows=lambda: 3, cols=lambda: 3, get=lambda row, column: DIRECTION[row, column])
@@ -196,6 +231,21 @@ def test_images_of_itk_stay_at_their_place_and_alive(ball, itk_images, number):
         marrow.as_volume(kind(ball[..., None]))
 
 
+def test_a_cropped_image_of_itk_keeps_its_place(ball, itk_images):
+    whole, cropped = FakeItk(ball), FakeItk(ball[2:, 3:, 4:])
+    cropped.index = (4, 3, 2)  # ITK's filters keep it, with the origin of the whole image
+    assert np.allclose(marrow.as_volume(cropped).affine, marrow.as_volume(whole)[2:, 3:, 4:].affine)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_colour_image_of_itk_is_refused(ball, itk_images, number, monkeypatch):
+    kind = itk_images[number]
+    monkeypatch.setattr(kind, "GetSpacing", lambda self: (0.5, 1.0))
+    monkeypatch.setattr(kind, "GetDirection", lambda self: (1.0, 0.0, 0.0, 1.0))
+    with pytest.raises(marrow.InputError, match="2 axes"):
+        marrow.as_volume(kind(ball[:, :, :3]))
+
+
 def test_coordinates_of_xarray_place_the_samples(ball):
     xarray = pytest.importorskip("xarray")
 
@@ -214,6 +264,19 @@ def test_coordinates_of_xarray_place_the_samples(ball):
         marrow.as_volume(xarray.DataArray(ball, coords, ("z", "y", "x")))
     with pytest.raises(marrow.InputError, match="three"):
         marrow.as_volume(xarray.DataArray(ball[0], dims=("y", "x")))
+
+
+def test_coordinates_of_xarray_are_lengths(ball):
+    xarray = pytest.importorskip("xarray")
+    numbers = 1.0 + np.arange(30)
+    for unit, mm in (("mm", 1), ("m", 1e3), ("cm", 10), ("micrometer", 1e-3), ("\u00b5m", 1e-3)):
+        z = ("z", numbers, {"units": unit})
+        volume = marrow.as_volume(xarray.DataArray(ball, {"z": z}, ("z", "y", "x")))
+        assert volume.affine[2, 2:].tolist() == pytest.approx([mm, mm])
+    dates = np.datetime64("2020-01-01") + np.arange(30)
+    for z in (dates.astype("M8[ns]"), [str(n) for n in numbers], ("z", numbers, {"units": "degrees"})):
+        with pytest.raises(marrow.InputError, match="along z"):
+            marrow.as_volume(xarray.DataArray(ball, {"z": z}, ("z", "y", "x")))
 
 
 def test_files_of_images_have_their_place(ball, vtk_image, itk_images, tmp_path):
