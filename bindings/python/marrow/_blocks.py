@@ -16,6 +16,7 @@ from ._arrays import Array, as_array, as_samples, as_samples_of, sample_dtype
 from ._as_volume import as_slices
 from ._marrow import InputError
 from ._scan import Path
+from ._streaming import spacing_of_path
 from ._volume import Geometry
 
 # The samples of a block take at most about so many bytes, unless the caller chooses the blocks.
@@ -109,13 +110,13 @@ class KnownChunks:
 class _Image:
     """A folder of Zarr, which Marrow reads by itself."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = os.path.abspath(path)
+    def __init__(self, path: Path, spacing: Any) -> None:
+        self.path, self.spacing = os.path.abspath(path), spacing
         reader = self.open()
         self.shape, self.dtype, self.chunks = reader.shape, reader.dtype, reader.chunks
 
     def open(self) -> _marrow.BoxReader:
-        return _marrow.BoxReader(self.path)
+        return _marrow.BoxReader(self.path, spacing=self.spacing)
 
 
 class Source:
@@ -123,9 +124,7 @@ class Source:
 
     def __init__(self, array: Any, **geometry: Any) -> None:
         if isinstance(array, (str, os.PathLike)):
-            if any(value is not None for value in geometry.values()):
-                raise InputError("a folder states its own spacing, origin and direction: do not give others")
-            self.array: Any = _Image(array)
+            self.array: Any = _Image(array, spacing_of_path(**geometry))
             reader = self.array.open()
             self.geometry = Geometry(
                 reader.shape, spacing=reader.spacing, origin=reader.origin, direction=reader.direction

@@ -82,7 +82,7 @@ class ArrayPart:
     def array(self) -> NDArray[Any]: ...
 
 class BoxReader:
-    def __init__(self, path: _Path) -> None: ...
+    def __init__(self, path: _Path, *, spacing: Optional[NDArray[np.float64]]) -> None: ...
     @property
     def shape(self) -> tuple[int, int, int]: ...
     @property
@@ -309,6 +309,7 @@ def extract_file_to_file(
     isovalue: float,
     path: _Path,
     *,
+    spacing: Optional[NDArray[np.float64]],
     max_memory: int,
     closed: bool,
     topology: bool,

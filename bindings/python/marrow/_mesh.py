@@ -332,7 +332,8 @@ class Mesh:
         Raises
         ------
         InputError
-            The extension is unknown, a triangle names a point that does not exist, or RAS for .glb or .dcm.
+            The extension is unknown, a triangle names a point that does not exist, RAS for .glb or .dcm, or
+            'none' for .dcm.
         IoError
             The file cannot be written, or with `verify` it differs from the mesh.
         LimitError

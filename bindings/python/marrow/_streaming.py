@@ -7,7 +7,7 @@ import re
 from typing import Any, NamedTuple, Optional, Union
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from . import _marrow
 from ._arrays import Array, as_samples_of, sample_dtype
@@ -15,7 +15,7 @@ from ._as_volume import as_slices
 from ._marrow import InputError
 from ._mesh import FileSpace
 from ._scan import Path, Progress
-from ._volume import Geometry, Spacing, Volume
+from ._volume import Geometry, Spacing, Volume, distances
 
 
 class SurfaceSize(NamedTuple):
@@ -43,7 +43,9 @@ def extract_to_file(
 ) -> SurfaceSize:
     """Extract a surface of any size to a file, with only a part of the volume and of the surface in memory.
 
-    The volume is read twice, slice by slice. The file has the same bytes as ``extract(...).write(path)``.
+    The volume is read twice, slice by slice. For an array in C order, the file has the same bytes as
+    ``extract(...).write(path)``. For another order in memory, that gives the same points in another order, and may cut
+    polygons into other triangles.
 
     Parameters
     ----------
@@ -64,7 +66,7 @@ def extract_to_file(
     space : {'LPS', 'RAS', 'none'}
         The space of the file's coordinates, as for `Mesh.write`.
     spacing, origin, direction, affine
-        As for Volume. A path, a Volume and an image have their own.
+        As for Volume. A Volume and an image have their own. So has a path, but for `spacing` if it does not state it.
 
     Returns
     -------
@@ -91,15 +93,16 @@ def extract_to_file(
         "threads": threads,
         "progress": progress,
     }
-    place = {"spacing": spacing, "origin": origin, "direction": direction, "affine": affine}
-    if isinstance(source, (str, os.PathLike, Volume)) and any(value is not None for value in place.values()):
-        raise InputError("a file and a Volume have their own spacing, origin and direction: do not give others")
+    place: dict[str, Any] = {"spacing": spacing, "origin": origin, "direction": direction, "affine": affine}
     if isinstance(source, (str, os.PathLike)):
-        return SurfaceSize(*_marrow.extract_file_to_file(source, isovalue, path, **options))
+        given = spacing_of_path(**place)
+        return SurfaceSize(*_marrow.extract_file_to_file(source, isovalue, path, spacing=given, **options))
 
     array: Any
     geometry: Union[Volume, Geometry]
     if isinstance(source, Volume):  # whose samples take less memory than its values
+        if any(value is not None for value in place.values()):
+            raise InputError("a Volume has its own spacing, origin and direction: do not give others")
         array, geometry, rescale = source.samples, source, source.rescale
     else:
         (array, geometry), rescale = as_slices(source, **place), (1.0, 0.0)
@@ -130,6 +133,13 @@ def _slices_at_once(array: Any) -> int:
     """Return the slices that the chunks of h5py's and Zarr's arrays hold; Dask's may differ in size."""
     chunks = getattr(array, "chunks", None)
     return int(chunks[0]) if chunks and isinstance(chunks[0], (int, np.integer)) else 1
+
+
+def spacing_of_path(spacing: Optional[Spacing] = None, **others: Optional[ArrayLike]) -> Optional[NDArray[np.float64]]:
+    """Return the spacing that is given for a path, which has its own origin and direction."""
+    if any(value is not None for value in others.values()):
+        raise InputError("a path has its own origin and direction: do not give others")
+    return None if spacing is None else distances(spacing)
 
 
 def _bytes(size: Union[int, str]) -> int:

@@ -37,8 +37,7 @@ class Geometry:
         if len(shape) != 3:
             raise InputError(f"a volume has three axes, and the array has {len(shape)}")
         if affine is None:
-            distances: Any = 1 if spacing is None else spacing
-            self.spacing = _numbers("spacing", distances if np.ndim(distances) else [distances] * 3, (3,))
+            self.spacing = distances(1 if spacing is None else spacing)
             self.origin = _numbers("origin", (0, 0, 0) if origin is None else origin, (3,))
             self.direction = _numbers("direction", np.eye(3) if direction is None else direction, (3, 3))
             if not np.allclose(np.linalg.norm(self.direction, axis=0), 1, atol=1e-3):
@@ -236,6 +235,11 @@ class Volume:
         samples = as_samples(self._samples if array is None else array)
         rescale = self._rescale if array is None else _IDENTITY
         return _marrow.ArrayVolume(samples, self.spacing, self.origin, self.direction, rescale)
+
+
+def distances(spacing: Any) -> NDArray[np.float64]:
+    """Return the distances along (i, j, k), of which one number stands for all."""
+    return _numbers("spacing", spacing if np.ndim(spacing) else [spacing] * 3, (3,))
 
 
 def _values(samples: Array, rescale: tuple[float, float]) -> Array:

@@ -6,8 +6,9 @@
 >>> marrow.dask.extract_to_file("/shared/scan.ome.zarr", 1200, "/shared/surface.ply")
 
 The array is cut into blocks. Each task reads its own block from the store, and results have the same bytes as those of
-one machine, for any blocks and any number of workers. A task that is lost with its worker is done again and changes
-nothing. Tasks are named marrow-count, marrow-write and so on: Dask's dashboard and `distributed.progress` show them.
+one machine for the array in C order, for any blocks and any number of workers. A task that is lost with its worker is
+done again and changes nothing. Tasks are named marrow-count, marrow-write and so on: Dask's dashboard and
+`distributed.progress` show them.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ from ._mesh import FileSpace, Mesh
 from ._scan import Path
 from ._streaming import SurfaceSize
 from ._volume import Geometry, Spacing
+
+_LEGACY_MESH = "neuroglancer_legacy_mesh"
 
 __all__ = ["extract", "extract_to_file", "labels", "write_fragments"]
 
@@ -65,7 +68,7 @@ def extract(
     closed, normals, topology
         As for `marrow.extract`.
     spacing, origin, direction, affine
-        As for `marrow.Volume`. A folder and an image have their own.
+        As for `marrow.Volume`. An image has its own. So has a folder, but for `spacing` if it does not state it.
     blocks : sequence of 3 ints, optional
         The most samples (nz, ny, nx) of a block, which are rounded up to whole chunks where the array has them.
         By default blocks of at most about 128 MiB.
@@ -75,15 +78,15 @@ def extract(
     Returns
     -------
     Mesh
-        The surface, with the bytes of `marrow.extract` of the whole array.
+        The surface, with the bytes of `marrow.extract` of the whole array in C order.
 
     Raises
     ------
     EmptySurface
         All samples are on one side of the isovalue.
     InputError
-        The array cannot be sliced, or has not three axes or slices of its dtype; the folder is not Zarr or has to be
-        given a geometry; or there is no client.
+        The array cannot be sliced, or has not three axes or slices of its dtype; the folder is not Zarr or needs
+        `spacing`; or there is no client.
     LimitError
         More than 2^32 - 1 points, or not enough memory.
     """
@@ -147,7 +150,8 @@ def extract_to_file(
     Returns
     -------
     SurfaceSize
-        The numbers of points and triangles. The file has the bytes of ``marrow.extract(...).write(path)``.
+        The numbers of points and triangles. The file has the bytes of ``marrow.extract(...).write(path)`` for an
+        array in C order.
 
     Raises
     ------
@@ -246,9 +250,10 @@ def write_fragments(
         As for `extract`.
     folder : path-like
         A folder that all workers can write to, for example ``mesh`` in a folder of the Precomputed format. It gets
-        ``info``, ``<segment>:0`` with the names of the fragments, and the fragments, with coordinates in nanometres.
+        ``info`` if it has none, ``<segment>:0`` with the names of the fragments, and the fragments, with coordinates in
+        nanometres.
     segment : int
-        The number of the segment that the surface belongs to.
+        The number of the segment that the surface belongs to, from 0 to 2^64 - 1.
 
     Returns
     -------
@@ -258,12 +263,15 @@ def write_fragments(
     Raises
     ------
     EmptySurface, InputError, LimitError
-        As `extract`.
+        As `extract`; InputError also for a folder whose ``info`` is not that of meshes.
     OSError
         A worker cannot write to the folder.
     """
+    if not hasattr(segment, "__index__") or not 0 <= operator.index(segment) < 2**64:
+        raise InputError(f"segment is a number from 0 to 2^64 - 1, not {segment!r}")
     source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     target = FilePath(folder).absolute()
+    has_info = _is_of_meshes(target / "info")
     target.mkdir(parents=True, exist_ok=True)
     with _Tasks(client) as tasks:
         all_blocks = list(itertools.chain.from_iterable(source.layers(blocks, whole_rows=False)))
@@ -288,7 +296,8 @@ def write_fragments(
     if size.triangles == 0:
         _raise_empty(isovalue)
     fragments = [name for name, part in zip(names, sizes) if part.triangles]
-    _replace(target / "info", json.dumps({"@type": "neuroglancer_legacy_mesh"}).encode())
+    if not has_info:
+        _replace(target / "info", json.dumps({"@type": _LEGACY_MESH}).encode())
     _replace(target / f"{segment}:0", json.dumps({"fragments": fragments}).encode())
     return size
 
@@ -487,6 +496,19 @@ def _labels(samples: Any, block: Block, geometry: Geometry, background: int, rel
     part = label_part_of(numbers, block, geometry)
     *rest, surfaces = _marrow.extract_label_part(part, background=number, relax=relax, threads=1)
     return rest, [(n if values is None else int(values[n]), *arrays) for n, *arrays in surfaces]
+
+
+def _is_of_meshes(info: FilePath) -> bool:
+    """Return whether a folder has an `info` already, which may not be that of anything but meshes."""
+    try:
+        stated = json.loads(info.read_bytes())
+    except FileNotFoundError:
+        return False
+    except ValueError:
+        stated = None
+    if not isinstance(stated, dict) or stated.get("@type") != _LEGACY_MESH:
+        raise InputError(f"'{info}' is not that of meshes: choose another folder, for example 'mesh' in this one")
+    return True
 
 
 def _replace(path: FilePath, content: bytes) -> None:

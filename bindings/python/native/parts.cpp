@@ -38,7 +38,8 @@ namespace {
 // A scan of which boxes are read, on one thread.
 class BoxReader {
   public:
-    explicit BoxReader(const std::filesystem::path& path) : source_(open_boxes(path)) {}
+    BoxReader(const std::filesystem::path& path, const std::optional<Vec3d>& spacing)
+        : source_(open_boxes(path, {.spacing = spacing})) {}
 
     const Geometry& geometry() const { return source_.geometry; }
     py::dtype dtype() const { return dtype_of(source_.type); }
@@ -258,7 +259,8 @@ void add_parts(py::module_& module) {
              py::arg("whole"), py::arg("spacing"), py::arg("origin"), py::arg("direction"))
         .def_property_readonly("array", &ArrayPart::array);
     py::class_<BoxReader>(module, "BoxReader")
-        .def(py::init<const std::filesystem::path&>(), py::arg("path"))
+        .def(py::init<const std::filesystem::path&, const std::optional<Vec3d>&>(), py::arg("path"),
+             py::kw_only(), py::arg("spacing"))
         .def_property_readonly("shape",
                                [](const BoxReader& reader) {
                                    const Index& dims = reader.geometry().dims;

@@ -2,9 +2,11 @@
 #include <marrow/streaming.h>
 
 #include <pybind11/numpy.h>
+#include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include <array>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,10 +64,12 @@ std::pair<std::uint64_t, std::uint64_t> write_surface(const SliceSource& source,
 }
 
 std::pair<std::uint64_t, std::uint64_t> file_to_file(const std::filesystem::path& scan,
+                                                     const std::optional<Vec3d>& spacing,
                                                      const FileOptions& options, const py::object& progress) {
     return compute(progress, [&](const Progress& report) {
-        return write_surface(open_slices(scan, {.keep_stored = true, .threads = options.threads}), options,
-                             report);
+        return write_surface(
+            open_slices(scan, {.spacing = spacing, .keep_stored = true, .threads = options.threads}), options,
+            report);
     });
 }
 
@@ -102,13 +106,15 @@ void add_streaming(py::module_& module) {
     module.def(
         "extract_file_to_file",
         [](const std::filesystem::path& scan, double isovalue, const std::filesystem::path& path,
-           std::size_t max_memory, bool closed, bool topology, const std::string& space, int threads,
-           const py::object& progress) {
-            return file_to_file(
-                scan, {isovalue, path, max_memory, closed, topology, space_named(space), threads}, progress);
+           const std::optional<Vec3d>& spacing, std::size_t max_memory, bool closed, bool topology,
+           const std::string& space, int threads, const py::object& progress) {
+            return file_to_file(scan, spacing,
+                                {isovalue, path, max_memory, closed, topology, space_named(space), threads},
+                                progress);
         },
-        py::arg("scan"), py::arg("isovalue"), py::arg("path"), py::kw_only(), py::arg("max_memory"),
-        py::arg("closed"), py::arg("topology"), py::arg("space"), py::arg("threads"), py::arg("progress"));
+        py::arg("scan"), py::arg("isovalue"), py::arg("path"), py::kw_only(), py::arg("spacing"),
+        py::arg("max_memory"), py::arg("closed"), py::arg("topology"), py::arg("space"), py::arg("threads"),
+        py::arg("progress"));
     module.def(
         "extract_slices_to_file",
         [](const py::function& read, const std::array<std::int64_t, 3>& shape, const py::dtype& type,

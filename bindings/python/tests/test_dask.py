@@ -337,6 +337,25 @@ def test_fragments_of_neuroglancer(client, tmp_path, topology):
     assert len(corners) == len(expected)
 
 
+def test_fragments_go_beside_others_but_replace_no_other_info(client, tmp_path):
+    samples = noise(np.random.default_rng(5), (20, 21, 22), "u1")
+    meshes = b'{"@type": "neuroglancer_legacy_mesh", "mip": 2}'
+    (tmp_path / "info").write_bytes(meshes)
+    marrow.dask.write_fragments(samples, 2, tmp_path, segment=2**64 - 1)
+    assert (tmp_path / "info").read_bytes() == meshes and (tmp_path / f"{2**64 - 1}:0").exists()
+    for number, other in enumerate((b'{"@type": "neuroglancer_multiscale_volume"}', b'{"scales": []}', b"[]", b"?")):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        (folder / "info").write_bytes(other)
+        with pytest.raises(marrow.InputError, match="info.* another folder"):
+            marrow.dask.write_fragments(samples, 2, folder)
+        assert os.listdir(folder) == ["info"] and (folder / "info").read_bytes() == other
+    for segment in (-1, 2**64, 1.5, "../x"):
+        with pytest.raises(marrow.InputError, match="segment"):
+            marrow.dask.write_fragments(samples, 2, tmp_path / "mesh", segment=segment)
+    assert not (tmp_path / "mesh").exists()
+
+
 def test_errors(client, tmp_path):
     samples = np.zeros((20, 20, 20), np.uint8)
     path = tmp_path / "surface.ply"
@@ -369,6 +388,17 @@ def test_errors(client, tmp_path):
     with pytest.raises(marrow.InputError, match="complex"):
         marrow.dask.extract(samples.astype(complex), 2)
     assert os.listdir(tmp_path) == ["mesh"]
+
+
+def test_a_folder_that_states_no_spacing_is_given_one(client, tmp_path):
+    samples = noise(np.random.default_rng(12), (20, 21, 22), "u1")
+    stored(tmp_path, samples, (8, 8, 8))
+    folder, path = tmp_path / "samples.zarr", tmp_path / "surface.ply"
+    whole = marrow.extract(marrow.Volume(samples, spacing=2), 2)
+    assert same_bytes(marrow.dask.extract(folder, 2, spacing=2), whole)
+    assert marrow.dask.extract_to_file(folder, 2, path, spacing=2) == (len(whole.points), len(whole.triangles))
+    with pytest.raises(marrow.GeometryError, match="spacing"):
+        marrow.dask.extract(folder, 2)
 
 
 def test_coordinates_of_xarray_place_the_surface(client, tmp_path):

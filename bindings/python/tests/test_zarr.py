@@ -306,6 +306,19 @@ def test_version_0_5(tmp_path):
     assert np.array_equal(marrow.read(tmp_path / "a" / "zarr.json").array, samples)
 
 
+def test_a_spacing_that_a_folder_does_not_state_is_given_for_files(ball, tmp_path):
+    folder = tmp_path / "plain"
+    zarr.save_array(str(folder), ball, chunks=(7, 8, 9))
+    marrow.extract(marrow.read(folder, spacing=(1, 2, 3)), 300.5).write(tmp_path / "whole.ply")
+    marrow.extract_to_file(folder, 300.5, tmp_path / "parts.ply", spacing=(1, 2, 3))
+    assert (tmp_path / "parts.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
+    with pytest.raises(marrow.InputError, match="do not give others"):
+        marrow.extract_to_file(folder, 300.5, tmp_path / "parts.ply", spacing=2, origin=(1, 2, 3))
+    write_image(tmp_path / "image", [ball], unit="millimeter")
+    with pytest.raises(marrow.InputError, match="states its spacing"):
+        marrow.extract_to_file(tmp_path / "image", 300.5, tmp_path / "parts.ply", spacing=2)
+
+
 def test_numbers_without_units_are_millimetres_with_a_warning(tmp_path):
     samples = random_samples(np.random.default_rng(11), (4, 4, 4), np.dtype("u1"))
     write_image(tmp_path / "a", [samples], unit=None, spacing=(3.0, 2.0, 1.0))
