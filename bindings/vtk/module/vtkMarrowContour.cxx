@@ -180,9 +180,11 @@ marrow::VolumeView view_of(vtkImageData& image, const void* samples, marrow::Sam
     const std::array<std::int64_t, 3> size = dims_of(present);
     std::int64_t offset = 0, pitch = 1;
     for (std::size_t m = 0; m < 3; ++m) {
-        g.spacing[m] = spacing[m];
+        // In Marrow, an axis with a negative spacing has a positive one and runs the other way.
+        const double sign = spacing[m] < 0 ? -1 : 1;
+        g.spacing[m] = sign * spacing[m];
         for (std::size_t row = 0; row < 3; ++row)
-            g.direction[row][m] = direction->GetElement(static_cast<int>(row), static_cast<int>(m));
+            g.direction[row][m] = sign * direction->GetElement(static_cast<int>(row), static_cast<int>(m));
         view.first[m] = std::int64_t{piece[2 * m]} - whole[2 * m];
         view.below[m] = std::int64_t{piece[2 * m]} - present[2 * m];
         view.above[m] = std::int64_t{present[2 * m + 1]} - piece[2 * m + 1];
@@ -198,12 +200,16 @@ marrow::VolumeView view_of(vtkImageData& image, const void* samples, marrow::Sam
     return view;
 }
 
-// Writes the isovalue of each point; number i has the points until points_until[i].
+// Writes the isovalue of each point, or the nearest value that the type has, of at most 32 bits if it is an
+// integer; number i has the points until points_until[i].
 template <class T>
 void fill(const std::vector<double>& isovalues, const std::vector<std::size_t>& points_until, T* to) {
+    constexpr auto kLowest = static_cast<double>(std::numeric_limits<T>::lowest());
+    constexpr auto kHighest = static_cast<double>(std::numeric_limits<T>::max());
     std::size_t point = 0;
     for (std::size_t i = 0; i < isovalues.size(); ++i) {
-        std::fill(to + point, to + points_until[i], static_cast<T>(isovalues[i]));
+        std::fill(to + point, to + points_until[i],
+                  static_cast<T>(std::clamp(isovalues[i], kLowest, kHighest)));
         point = points_until[i];
     }
 }

@@ -15,8 +15,8 @@ class vtkContourValues;
 ///
 /// Samples are read where they are, without a copy: unsigned char, signed char, char, short, unsigned short,
 /// int, float or double, of one component, in VTK's standard memory layout. Others are an error, and the
-/// output is empty. Any spacing, origin, extent and direction will do. The arrays of the output are Marrow's
-/// own, also without a copy, if there is one value.
+/// output is empty. Any spacing but zero, and any origin, extent and direction will do. The arrays of the
+/// output are Marrow's own, also without a copy, if there is one value.
 ///
 /// In a pipeline of pieces, as with MPI, each piece has the cells of its input that are not ghost cells, and
 /// each of its points and normals has the bits of the whole surface's. Normals at a piece's border need one
@@ -45,7 +45,8 @@ class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {
     vtkGetMacro(ComputeNormals, vtkTypeBool);
     vtkBooleanMacro(ComputeNormals, vtkTypeBool);
 
-    /// The isovalue at each point, in an array with the name and the type of the input's; on by default.
+    /// The isovalue at each point, in an array with the name and the type of the input's, or the nearest
+    /// value that this type has; on by default.
     vtkSetMacro(ComputeScalars, vtkTypeBool);
     vtkGetMacro(ComputeScalars, vtkTypeBool);
     vtkBooleanMacro(ComputeScalars, vtkTypeBool);

@@ -108,6 +108,28 @@ def test_the_surface_is_that_of_flying_edges(dtype):
     assert np.array_equal(vtk_to_numpy(scalars), vtk_to_numpy(their_scalars))
 
 
+def test_axes_with_a_negative_spacing_run_the_other_way():
+    volume = image(ball())
+    volume.SetSpacing(-0.5, 1, 2)
+    points, triangles, normals = arrays(extract(volume, 40.3))
+    their_points, *_ = arrays(extract(volume, 40.3, filter_class=vtkFlyingEdges3D))
+    assert np.abs(points - their_points[nearest(points, their_points)]).max() < 1e-4
+    assert np.abs(their_points - points[nearest(their_points, points)]).max() < 1e-4
+    corners = points[triangles] - points.mean(0)
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert (across * corners[:, 0]).sum(1).min() > 0  # outward, as the normals
+    assert (normals * (points - points.mean(0))).sum(1).min() > 0
+
+
+@pytest.mark.parametrize("dtype", ["u1", "i2", "i4", "f4"])
+def test_scalars_are_the_nearest_that_their_type_has(dtype):
+    limits = np.finfo(dtype) if dtype == "f4" else np.iinfo(dtype)
+    below = {"u1": -5, "i2": -1e9, "i4": -1e10, "f4": -1e39}[dtype]
+    surface = extract(image(ball(dtype)), below, Closed=True)
+    scalars = vtk_to_numpy(surface.GetPointData().GetScalars())
+    assert len(scalars) > 0 and set(scalars) == {limits.min}
+
+
 def test_several_values_make_one_output():
     volume = image(ball())
     levels = (20.5, 40.5, 60.5)
@@ -246,6 +268,9 @@ def test_what_cannot_be_read_is_refused_in_one_line():
     vectors = image(ball())
     vectors.GetPointData().SetScalars(numpy_to_vtk(np.zeros((vectors.GetNumberOfPoints(), 3))))
     assert "3 components" in message_of(vectors)
+    flat = image(ball())
+    flat.SetSpacing(0, 1, 1)
+    assert "spacing" in message_of(flat)
     long = image(ball())
     array = vtkTypeInt64Array()
     array.SetNumberOfValues(long.GetNumberOfPoints())
