@@ -12,6 +12,7 @@
 
 #include "support/dicom_series.h"
 #include "support/viewer_ball.h"
+#include "window/measure_viewer.h"
 #include "window/series_dialog.h"
 
 namespace marrow::test {
@@ -709,6 +710,27 @@ TEST_F(Questions, AskForTheSpacing) {
         << window->command().toStdString();
     const Vec3d known{0.48828125, 1e-7 / 3, 1234.5};
     EXPECT_EQ(viewer::SpacingDialog(known, window.get()).spacing(), known);
+}
+
+// --measure ends as the command line does, because nobody is there to answer.
+TEST_F(Questions, AreErrorsWhileTheViewerIsMeasured) {
+    QImage image(8, 6, QImage::Format_Grayscale8);
+    image.fill(0);
+    ASSERT_TRUE(image.save(QString::fromStdString(input / "slice.png")));
+    const auto measured = [&](const std::filesystem::path& measured_input) {
+        testing::internal::CaptureStderr();
+        const int code = viewer::measure_viewer(*window, measured_input, {});
+        return std::pair{code, testing::internal::GetCapturedStderr()};
+    };
+    window = std::make_unique<viewer::MainWindow>();  // without a scan
+    const auto [code, line] = measured(input.path());
+    EXPECT_EQ(code, 4);
+    EXPECT_NE(line.find("--spacing"), std::string::npos) << line;
+    EXPECT_FALSE(window->findChild<QDialog*>());
+    write_file(folder / "bad.marrow", "{}");
+    const auto [bad_code, bad_line] = measured(folder / "bad.marrow");
+    EXPECT_EQ(bad_code, 3);
+    EXPECT_NE(bad_line.find("marrow_session is missing"), std::string::npos) << bad_line;
 }
 
 TEST_F(Questions, AskWhetherToInterpolateUnevenSlices) {

@@ -71,11 +71,13 @@ void Loader::on_own_thread(int request, Action action) {
 void Loader::open(const fs::path& input, const ScanOptions& options) {
     const int request = ++request_;
     busy_ = true;
+    failure_ = {};
     emit started(
         QString::fromStdString(input.filename().empty() ? input.string() : input.filename().string()));
-    const auto end = [this, request](auto action) {
-        on_own_thread(request, [this, action] {
+    const auto end = [this, request](auto action, const std::exception_ptr& failure = {}) {
+        on_own_thread(request, [this, action, failure] {
             busy_ = false;
+            failure_ = failure;
             emit finished();
             action();
         });
@@ -107,14 +109,14 @@ void Loader::open(const fs::path& input, const ScanOptions& options) {
                 auto question = question_about(input, watched);
                 if (!question) throw;
                 question->options.progress = {};
-                end([=, this] { emit undecided(*question); });
+                end([=, this] { emit undecided(*question); }, std::current_exception());
             }
         } catch (const Cancelled&) {
             throw;
         } catch (const std::bad_alloc&) {
-            end([this] { emit failed(tr("Not enough memory for this scan.")); });
+            end([this] { emit failed(tr("Not enough memory for this scan.")); }, std::current_exception());
         } catch (const std::exception& error) {
-            end([this, text = text_of(error)] { emit failed(text); });
+            end([this, text = text_of(error)] { emit failed(text); }, std::current_exception());
         }
     });
 }
@@ -123,6 +125,7 @@ void Loader::cancel() {
     if (!busy_) return;
     worker_.forget(kLoading);
     busy_ = false;
+    failure_ = std::make_exception_ptr(Cancelled());
     emit finished();
 }
 

@@ -1,6 +1,7 @@
 /// Opens scans in the background.
 #pragma once
 
+#include <exception>
 #include <filesystem>
 #include <memory>
 
@@ -35,6 +36,8 @@ class Loader : public QObject {
     void open(const std::filesystem::path& input, const ScanOptions& options);
     void cancel();
     bool busy() const { return busy_; }
+    /// Why the last input could not be opened as it was given; null if it is open, or still being opened.
+    std::exception_ptr failure() const { return failure_; }
 
   signals:
     void started(const QString& name);
@@ -52,6 +55,7 @@ class Loader : public QObject {
 
     int request_ = 0;
     bool busy_ = false;
+    std::exception_ptr failure_;
     Worker worker_;
 };
 

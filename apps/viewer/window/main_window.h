@@ -49,6 +49,7 @@ class MainWindow : public QMainWindow {
     bool busy() const { return loader_.busy() || writer_.busy() || turntable_; }
 
     Session& session() { return session_; }
+    const Loader& loader() const { return loader_; }
     Surfaces& surfaces() { return surfaces_; }
     ViewLayout* views() { return views_; }
     SurfaceView* surface_view() { return view_; }

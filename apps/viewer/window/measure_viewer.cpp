@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 #include <iostream>
 #include <optional>
 #include <utility>
@@ -12,7 +13,6 @@
 #include <QTemporaryDir>
 #include <QTimer>
 
-#include <marrow/error.h>
 #include <marrow/scan_io.h>
 
 #include "shared/console.h"
@@ -245,13 +245,12 @@ void Measurer::print_drawing() const {
 int measure_viewer(MainWindow& window, const std::filesystem::path& input, const ScanOptions& options) {
     std::setvbuf(stdout, nullptr, _IOLBF, 0);
     pause(500);  // the first frame includes one-time work
+    // Nobody answers questions.
+    QObject::disconnect(&window.loader(), &Loader::undecided, &window, nullptr);
     Measurer measurer(window);
     if (!measurer.load(input, options)) {
-        // Reads it again for the message and the exit code of the command line. What the window asks is an
-        // error there.
         return apps::exit_code_of(apps::standard_console(), [&] {
-            read_scan(input, options);
-            throw InputError(window.banner().toStdString());
+            std::rethrow_exception(window.loader().failure());
             return apps::kOk;
         });
     }
