@@ -14,6 +14,7 @@
 
 #include "shared/console.h"
 #include "shared/report_progress.h"
+#include "shared/surface_warnings.h"
 
 namespace marrow::apps {
 namespace {
@@ -99,11 +100,7 @@ Mesh smoothed(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to
     Mesh result = smooth(mesh, options, &stats);
     report.moved = MeshDistance{stats.moved_mean, stats.moved_max};
     report.held_back = stats.held_back_points;
-    if (stats.restored_components > 0)
-        report.note = stats.restored_components == 1
-                          ? "1 component is too small to smooth and keeps its shape"
-                          : fmt::format("{} components are too small to smooth and keep their shape",
-                                        stats.restored_components);
+    report.note = unsmoothed_components_warning(stats.restored_components).value_or("");
     return result;
 }
 
@@ -126,12 +123,10 @@ Mesh reduced(const Mesh& mesh, const SurfaceSteps& steps, const Mat3d& index_to_
     Mesh result = simplify(mesh, options, &stats);
     report.deviation = stats.deviation;
     report.held_back = stats.undone_collapses;
-    if (!steps.max_error && triangles && static_cast<std::int64_t>(result.triangles.size()) > *triangles)
-        report.note = fmt::format(
-            "{} triangles were requested, but the step stopped where the surface would change its topology "
-            "or pass "
-            "through itself",
-            *triangles);
+    if (!steps.max_error && triangles)
+        report.note =
+            unfinished_reduction_warning(*triangles, static_cast<std::int64_t>(result.triangles.size()))
+                .value_or("");
     const double sample = coarsest_spacing(index_to_physical);
     if (stats.deviation.max > sample && !steps.max_error)
         report.note += fmt::format(

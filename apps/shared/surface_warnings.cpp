@@ -113,6 +113,20 @@ std::optional<std::string> thin_walls_warning(const ThinWalls& found, bool noise
         noise_is_known ? "" : "; the noise of the scan is unknown, so some of it may be noise");
 }
 
+std::optional<std::string> unsmoothed_components_warning(std::int64_t components) {
+    if (components == 0) return {};
+    if (components == 1) return "1 component is too small to smooth and keeps its shape";
+    return fmt::format("{} components are too small to smooth and keep their shape", components);
+}
+
+std::optional<std::string> unfinished_reduction_warning(std::int64_t requested, std::int64_t triangles) {
+    if (triangles <= requested) return {};
+    return fmt::format(
+        "{} triangles were requested, but the step stopped where the surface would change its topology or "
+        "pass through itself",
+        requested);
+}
+
 std::string thin_walls_text(const ThinWalls& found) {
     return fmt::format("{:.0f} mm2 in {} place{}", found.area, found.walls.size(),
                        found.walls.size() == 1 ? "" : "s");

@@ -50,6 +50,12 @@ std::string assumed_hounsfield_warning(ScanFormat format, double lowest_sample);
 std::optional<std::string> thin_walls_warning(const ThinWalls& found, bool noise_is_known, double isovalue,
                                               Space space);
 
+/// Says that smoothing left this many components as they were.
+std::optional<std::string> unsmoothed_components_warning(std::int64_t components);
+
+/// Warns of a reduction that left more `triangles` than were requested.
+std::optional<std::string> unfinished_reduction_warning(std::int64_t requested, std::int64_t triangles);
+
 /// The area and number of thin walls: "123 mm2 in 4 places".
 std::string thin_walls_text(const ThinWalls& found);
 

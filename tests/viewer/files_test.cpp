@@ -204,6 +204,28 @@ TEST_F(BallViewer, WarnsAtExport) {
     EXPECT_TRUE(window->banner().contains("border of the scan"));
 }
 
+// Specks can be neither smoothed nor reduced far. Colours by how far surfaces move assume Hounsfield units.
+TEST_F(BallViewer, WarnsOfStepsAndAssumptionsAtExport) {
+    write_nrrd(folder / "specks.nrrd", 24, 24, 24,
+               [](int x, int y, int z) { return x % 6 == 2 && y % 6 == 2 && z % 6 == 2 ? 500 : -1000; });
+    ASSERT_TRUE(open(folder / "specks.nrrd"));
+    session().set_isovalue(0);
+    window->findChild<QSpinBox*>("smooth")->setValue(20);
+    window->findChild<QSpinBox*>("keep")->setValue(1);
+    session().change("colours", {}, [](Parameters& p) { p.colouring = viewer::Colouring::shift; });
+    ASSERT_TRUE(settle());
+    window->write({{session().parameters().current, folder / "specks.ply"}}, Space::LPS);
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    const Outcome outcome = marrow_with({folder / "specks.nrrd", "--isovalue", "0", "--smooth", "20",
+                                         "--keep", "0.01", "--trust", "-o", folder / "command.ply"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    for (const char* text : {"smooth: 64 components are too small", "reduce: 5 triangles were requested",
+                             "assumed to be Hounsfield units"}) {
+        EXPECT_NE(outcome.err.find(text), std::string::npos) << text << "\n" << outcome.err;
+        EXPECT_TRUE(window->banner().contains(text)) << text << "\n" << window->banner().toStdString();
+    }
+}
+
 // A wall of bone that is too thin for the scan, in a box that is open on two sides. The command line looks
 // for it beside the surface as it was extracted, before the other component is removed.
 TEST_F(BallViewer, WarnsOfThinWallsAtExport) {

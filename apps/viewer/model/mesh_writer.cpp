@@ -55,8 +55,11 @@ QString warnings_of(const std::vector<MeshWriter::File>& files,
     const bool presets = std::any_of(files.begin(), files.end(), [](const MeshWriter::File& file) {
         return find_preset(file.object.name) != nullptr;
     });
-    if (presets && info.series.modality.empty())
+    const bool hounsfield = presets || (source.trust && source.scan->hounsfield);
+    if (hounsfield && info.series.modality.empty())
         add(apps::assumed_hounsfield_warning(info.format, source.scan->histogram.lower));
+    for (const MeshWriter::File& file : files)
+        for (const std::string& warning : file.shape->warnings) add(warning);
     add(apps::non_finite_warning(source.scan->histogram.non_finite_samples));
     add(apps::large_coordinates_warning(meshes, scan.geometry()));
     if (!source.open) add(apps::border_warning(lowest, scan));
@@ -134,7 +137,7 @@ void MeshWriter::write(std::vector<File> files, Space space, Source source) {
             const QString warnings = warnings_of(files, walls, noise, scan, source, space);
             set.commit();
             const QString first = QString::fromStdString(files.front().path.string());
-            end(files.size() > 1 ? tr("Wrote %1 and %2 more.").arg(first).arg(files.size() - 1)
+            end(files.size() > 1 ? tr("Wrote %1 and %2 more.").arg(first, QString::number(files.size() - 1))
                                  : tr("Wrote %1.").arg(first),
                 false, warnings);
         } catch (const Cancelled&) {

@@ -1,6 +1,5 @@
 // Posts extractions and measurements to two workers and accepts their results.
 #include "surfaces.h"
-#include "shared/report_progress.h"
 
 #include <chrono>
 #include <cmath>
@@ -21,6 +20,9 @@
 #include <marrow/smooth.h>
 #include <marrow/trust.h>
 #include <marrow/volume_filters.h>
+
+#include "shared/report_progress.h"
+#include "shared/surface_warnings.h"
 
 namespace marrow::viewer {
 namespace {
@@ -242,18 +244,26 @@ void Surfaces::request(int id, double isovalue) {
 // The steps of the command line, in its order. Previews are neither smoothed nor reduced: their triangles are
 // larger, so it would be to another effect.
 Mesh Surfaces::refine(const Mesh& extracted, const Refinement& refinement, bool preview,
-                      const Progress& progress) {
+                      const Progress& progress, std::vector<std::string>& warnings) {
+    const auto warn = [&](const char* step, const std::optional<std::string>& warning) {
+        if (warning) warnings.push_back(std::string(step) + ": " + *warning);
+    };
     Mesh mesh = extracted;
     if (refinement.largest)
         mesh = keep_components(mesh, {.count = 1, .cavities = false});
     else if (refinement.components > 0)
         mesh = keep_components(mesh, {.count = refinement.components});
-    if (refinement.smooth > 0 && !preview)
-        mesh = smooth(mesh, {.iterations = refinement.smooth, .progress = progress});
+    if (refinement.smooth > 0 && !preview) {
+        SmoothStats stats;
+        mesh = smooth(mesh, {.iterations = refinement.smooth, .progress = progress}, &stats);
+        warn("smooth", apps::unsmoothed_components_warning(stats.restored_components));
+    }
     if (refinement.keep < 100 && !preview) {
         const auto triangles = static_cast<double>(mesh.triangles.size());
-        mesh = simplify(
-            mesh, {.triangles = std::llround(refinement.keep / 100.0 * triangles), .progress = progress});
+        const std::int64_t requested = std::llround(refinement.keep / 100.0 * triangles);
+        mesh = simplify(mesh, {.triangles = requested, .progress = progress});
+        warn("reduce",
+             apps::unfinished_reduction_warning(requested, static_cast<std::int64_t>(mesh.triangles.size())));
     }
     return mesh;
 }
@@ -314,7 +324,8 @@ void Surfaces::post(int id, int level) {
         apps::report(job_progress, 1);
         shape->isovalue = isovalue;
         shape->level = level;
-        shape->mesh = std::make_shared<Mesh>(refine(extracted, refinement, level > 0, job_progress));
+        shape->mesh =
+            std::make_shared<Mesh>(refine(extracted, refinement, level > 0, job_progress, shape->warnings));
         shape->polydata = to_polydata(*shape->mesh);
         if (with_trust) {
             shape->trust = source->report_trust(*shape->mesh, job_progress);

@@ -5,6 +5,8 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
@@ -26,6 +28,7 @@ struct Shape {
     int level = 0;                          ///< 0: full resolution
     std::shared_ptr<const Mesh> mesh;       ///< this is exported
     vtkSmartPointer<vtkPolyData> polydata;  ///< shares the mesh's memory
+    std::vector<std::string> warnings;      ///< of the steps after extraction, as on the command line
     double milliseconds = 0;                ///< duration of the extraction alone
     std::optional<TrustReport> trust;       ///< if colours show it; `polydata` shares its memory
     std::optional<MeshMeasures> measures;   ///< set later
@@ -78,7 +81,7 @@ class Surfaces : public QObject {
         bool operator==(const Refinement&) const = default;
     };
     static Mesh refine(const Mesh& extracted, const Refinement& refinement, bool preview,
-                       const Progress& progress);
+                       const Progress& progress, std::vector<std::string>& warnings);
     struct State {
         std::shared_ptr<Shape> newest, preview;
         double isovalue = 0;  // requested
