@@ -13,6 +13,7 @@
 #include <marrow/gpu.h>
 #include <marrow/version.h>
 
+#include "model/session_file.h"
 #include "shared/console.h"
 #include "shared/device_argument.h"
 #include "shared/display.h"
@@ -45,9 +46,16 @@ bool uses_x_display() {
 }
 
 void check(const ViewerOptions& options) {
-    const std::filesystem::path& input = options.scan.path;
+    const auto& [input, scan] = options.scan;
+    const bool reads_otherwise = scan.series || scan.spacing || scan.resample || scan.volume || scan.level;
     if (options.measure && input.empty())
         throw apps::UsageError("--measure needs an INPUT (see marrow view --help)");
+    if (reads_otherwise && input.empty())
+        throw apps::UsageError("the options for reading a scan need an INPUT (see marrow view --help)");
+    if (reads_otherwise && is_session_file(input))
+        throw apps::UsageError("'" + input.string() +
+                               "': a session has its own options for reading its scan: leave out --series, "
+                               "--spacing, --resample, --volume and --level");
     if (!input.empty() && !std::filesystem::exists(input))
         throw IoError("'" + input.string() + "': there is no such file or folder");
 }

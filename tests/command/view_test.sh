@@ -23,6 +23,8 @@ fails_with 3 "needs a display" view /
 fails_with 3 "'missing.nrrd': there is no such file" view missing.nrrd
 fails_with 2 "did you mean --series?" view --serie 1
 fails_with 2 "--measure needs an INPUT" view --measure
+fails_with 2 "need an INPUT" view --spacing 1,1,1
+fails_with 2 "a session has its own options" view missing.marrow --volume 0
 
 # A screen without OpenGL is none.
 if command -v xvfb-run > /dev/null; then

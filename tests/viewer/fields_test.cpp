@@ -1,6 +1,7 @@
 // Tests which widget has the keyboard, and the names in the list of surfaces.
 #include <QDoubleSpinBox>
 #include <QLineEdit>
+#include <QSlider>
 #include <QSpinBox>
 
 #include "support/viewer_ball.h"
@@ -83,6 +84,40 @@ TEST_F(Fields, EscRestoresTheIsovalue) {
     EXPECT_FALSE(isovalue()->text().contains("12")) << isovalue()->text().toStdString();
     EXPECT_TRUE(view()->hasFocus());
     EXPECT_EQ(session().undo_stack().undoText(), "isovalue");  // the one of SetUp
+}
+
+TEST_F(Fields, EachKeyAndEachTypedValueIsAStepOfUndo) {
+    const auto isovalue_after = [&](int back) {
+        for (int i = 0; i < back; ++i) session().undo_stack().undo();
+        return session().current()->isovalue;
+    };
+    session().set_isovalue(100.5);
+    session().end_step();
+    give_keyboard_to(window->histogram_bar());
+    press(Qt::Key_Right);
+    press(Qt::Key_PageUp);
+    EXPECT_EQ(session().current()->isovalue, 111.5);
+    EXPECT_EQ(isovalue_after(1), 101.5);
+    give_keyboard_to(isovalue());
+    press(Qt::Key_Up);
+    EXPECT_EQ(session().current()->isovalue, 102.5);
+    isovalue()->selectAll();
+    type("300");
+    press(Qt::Key_Return);
+    EXPECT_EQ(session().current()->isovalue, 300);
+    EXPECT_EQ(isovalue_after(1), 102.5);
+    EXPECT_EQ(isovalue_after(1), 101.5);
+    EXPECT_EQ(isovalue_after(1), 100.5);
+
+    auto* opacity = window->findChild<QSlider*>("opacity");
+    give_keyboard_to(opacity);
+    press(Qt::Key_Left);
+    press(Qt::Key_PageDown);
+    EXPECT_EQ(session().current()->opacity, 0.89);
+    session().undo_stack().undo();
+    EXPECT_EQ(session().current()->opacity, 0.99);
+    session().undo_stack().undo();
+    EXPECT_EQ(session().current()->opacity, 1);
 }
 
 TEST_F(Fields, ShowsAnIsovalueBeyondAllSamples) {

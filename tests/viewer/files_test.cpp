@@ -132,6 +132,16 @@ TEST_F(BallViewer, ExportsAllVisibleSurfaces) {
     EXPECT_TRUE(read_file(out / "ball-2.stl") == ours[1]);
 }
 
+TEST_F(BallViewer, NamesWrittenFilesWithTheirPercentSigns) {
+    const int first = session().parameters().current;
+    session().add_surface({}, 300, {}, 1);
+    ASSERT_TRUE(settle());
+    window->write({{first, folder / "50%2.stl"}, {session().parameters().current, folder / "b.stl"}},
+                  Space::LPS);
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_TRUE(window->banner().contains("50%2.stl and 1 more")) << window->banner().toStdString();
+}
+
 // The dialog knows only surfaces of the scan before.
 TEST_F(BallViewer, TheExportDialogClosesWhenAnotherScanOpens) {
     write_nrrd(folder / "other.nrrd", 20, 20, 20, ball(10, 10, 10, 5));

@@ -10,6 +10,7 @@
 
 #include "model/measurement_table.h"
 #include "model/session_file.h"
+#include "support/dicom_series.h"
 #include "support/viewer_ball.h"
 #include "window/dialogs.h"
 
@@ -38,6 +39,20 @@ class Sessions : public BallViewer {
         session().set_crosshair({5, 6, 7});
     }
     QMessageBox* question() { return window->findChild<QMessageBox*>("discard_box"); }
+    /// The name that "Save session" proposes.
+    std::string proposed() {
+        QString name;
+        QTimer user;  // answers the dialog, which waits for it
+        QObject::connect(&user, &QTimer::timeout, [&] {
+            auto* files = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
+            if (!files) return;
+            name = files->findChild<QLineEdit*>("fileNameEdit")->text();
+            files->reject();
+        });
+        user.start(50);
+        window->findChild<QAction*>("save_session")->trigger();
+        return name.toStdString();
+    }
 };
 
 TEST_F(Sessions, OpenAsTheyWereSaved) {
@@ -234,9 +249,11 @@ TEST_F(Sessions, AreOfTheScanThatWasShownWhenTheyWereAskedFor) {
 
 TEST_F(Sessions, AreNotSavedIfTheyCouldNotBeOpened) {
     const std::filesystem::path file = folder / "mine.marrow";
-    for (int i = 0; i < 100; ++i) session().add_surface({}, i, {}, 1);
-    EXPECT_FALSE(window->save_session(file));
-    EXPECT_TRUE(window->banner().contains("cannot be saved")) << window->banner().toStdString();
+    SavedSession large;
+    large.scan = scan;
+    large.parameters = session().parameters();
+    large.parameters.measurements.assign(10001, {{{0, 0, 0}, {1, 0, 0}}});
+    EXPECT_THROW(viewer::write_session(large, file), InputError);
     const std::filesystem::path latin = folder / "k\xf6ln.nrrd";
     std::filesystem::copy(scan, latin);
     ASSERT_TRUE(open(latin));
@@ -246,19 +263,6 @@ TEST_F(Sessions, AreNotSavedIfTheyCouldNotBeOpened) {
 }
 
 TEST_F(Sessions, AreSavedWhereTheShownOneCameFrom) {
-    const auto proposed = [&] {
-        QString name;
-        QTimer user;  // answers the dialog, which waits for it
-        QObject::connect(&user, &QTimer::timeout, [&] {
-            auto* files = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
-            if (!files) return;
-            name = files->findChild<QLineEdit*>("fileNameEdit")->text();
-            files->reject();
-        });
-        user.start(50);
-        window->findChild<QAction*>("save_session")->trigger();
-        return name.toStdString();
-    };
     EXPECT_EQ(proposed(), "ball.marrow");
     ASSERT_TRUE(window->save_session(folder / "mine.marrow"));
     EXPECT_EQ(proposed(), "mine.marrow");
@@ -270,6 +274,30 @@ TEST_F(Sessions, AreSavedWhereTheShownOneCameFrom) {
     EXPECT_EQ(proposed(), "ball.marrow");
     ASSERT_TRUE(open(folder / "mine.marrow"));
     EXPECT_EQ(proposed(), "mine.marrow");
+}
+
+TEST_F(Sessions, HaveNoMoreSurfacesThanTheirFilesHold) {
+    for (int i = 0; i < 150; ++i) session().add_surface({}, i, {}, 1);
+    EXPECT_EQ(session().parameters().surfaces.size(), Parameters::kMostSurfaces);
+    ASSERT_TRUE(window->save_session(folder / "mine.marrow")) << window->banner().toStdString();
+    EXPECT_EQ(viewer::read_session(folder / "mine.marrow").parameters.surfaces.size(),
+              Parameters::kMostSurfaces);
+    auto* add = window->findChild<QToolButton*>("add_surface");
+    emit add->menu()->aboutToShow();
+    ASSERT_EQ(add->menu()->actions().size(), 1);
+    EXPECT_FALSE(add->menu()->actions().front()->isEnabled());
+}
+
+// The name of a folder may be a UID.
+TEST_F(Sessions, AreNamedAfterTheWholeNameOfAFolder) {
+    std::filesystem::create_directory(folder / "1.2.840.10");
+    for (int k = 0; k < 5; ++k) slice(k, 2.0 * k).write(folder / "1.2.840.10" / std::to_string(k));
+    for (const char* end : {"", "/", "/."}) {
+        ASSERT_TRUE(open((folder / "1.2.840.10").string() + end));
+        EXPECT_EQ(proposed(), "1.2.840.10.marrow") << end;
+        EXPECT_EQ(window->windowTitle(), "1.2.840.10 – Marrow Viewer") << end;
+        EXPECT_EQ(QSettings().value("recent").toStringList().front().toStdString(), folder / "1.2.840.10");
+    }
 }
 
 TEST_F(Sessions, MeasurementsAreATable) {

@@ -12,7 +12,9 @@ std::filesystem::path absolute_path(const std::filesystem::path& path) {
     const std::filesystem::path absolute = std::filesystem::absolute(path);
     std::error_code error;
     const std::filesystem::path folder = std::filesystem::weakly_canonical(absolute.parent_path(), error);
-    return error ? absolute : (folder / absolute.filename()).lexically_normal();
+    if (error) return absolute;
+    const std::filesystem::path whole = (folder / absolute.filename()).lexically_normal();
+    return whole.has_filename() ? whole : whole.parent_path();
 }
 
 std::shared_ptr<const Scan> open_scan(const std::filesystem::path& input, const ScanOptions& options) {

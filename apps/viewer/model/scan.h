@@ -21,8 +21,8 @@ struct Scan {
     bool hounsfield = false;     ///< the samples are in HU, so the tissue presets apply
 };
 
-/// The absolute path of a file or folder, without "." and "..". Links to folders are resolved, because what
-/// follows ".." is beside the folder that a link leads to.
+/// The absolute path of a file or folder, without "." and ".." and without a slash at its end. Links to
+/// folders are resolved, because what follows ".." is beside the folder that a link leads to.
 std::filesystem::path absolute_path(const std::filesystem::path& path);
 
 /// Reads a scan and computes its histogram. \throw as read_scan

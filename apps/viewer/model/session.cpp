@@ -177,6 +177,7 @@ void Session::apply_preset(const QString& name) {
 
 void Session::add_surface(const QString& name, double isovalue, const QColor& colour, double opacity) {
     change(tr("add surface"), {}, [&](Parameters& p) {
+        if (p.surfaces.size() >= Parameters::kMostSurfaces) return;
         SurfaceParameters surface;
         surface.id = next_id_++;
         surface.name = name;

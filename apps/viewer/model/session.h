@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -80,6 +81,7 @@ struct Window {
 /// Everything that undo covers.
 struct Parameters {
     static constexpr int kMostComponents = 1000, kMostSmoothing = 200;
+    static constexpr std::size_t kMostSurfaces = 100;
 
     std::vector<SurfaceParameters> surfaces;
     int current = 0;                ///< id of the surface whose isovalue the histogram moves
@@ -130,6 +132,7 @@ class Session : public QObject {
     QUndoStack& undo_stack() { return undo_; }
 
     void set_isovalue(double isovalue);
+    /// Selects the new surface. Does nothing if there are as many as a session may have.
     void add_surface(const QString& name, double isovalue, const QColor& colour, double opacity);
     /// Applies a tissue preset to the current surface.
     void apply_preset(const QString& name);

@@ -174,8 +174,8 @@ json parameters_to_json(const Parameters& p) {
 
 Parameters read_parameters(const json& root) {
     Parameters p;
-    constexpr std::size_t kMostSurfaces = 100, kMostMeasurements = 10000;
-    for (const json& surface : list(member(root, "", "surfaces"), "surfaces", 1, kMostSurfaces)) {
+    constexpr std::size_t kMostMeasurements = 10000;
+    for (const json& surface : list(member(root, "", "surfaces"), "surfaces", 1, Parameters::kMostSurfaces)) {
         const auto place = static_cast<int>(p.surfaces.size());
         p.surfaces.push_back(read_surface(surface, "surfaces[" + std::to_string(place) + "]"));
         p.surfaces.back().id = place;

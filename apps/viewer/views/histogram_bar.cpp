@@ -269,4 +269,9 @@ void HistogramBar::keyPressEvent(QKeyEvent* event) {
     session_.set_isovalue(on_grid(current->isovalue, steps));
 }
 
+void HistogramBar::keyReleaseEvent(QKeyEvent* event) {
+    if (!event->isAutoRepeat()) session_.end_step();
+    QWidget::keyReleaseEvent(event);
+}
+
 }  // namespace marrow::viewer

@@ -55,6 +55,9 @@ ControlBar::ControlBar(Session& session, QAction* copy)
 
     connect(isovalue_, qOverload<double>(&QDoubleSpinBox::valueChanged), this,
             [this](double value) { session_.set_isovalue(value); });
+    // A typed value is a step of its own, and not one with those of the arrow keys before.
+    connect(isovalue_->findChild<QLineEdit*>(), &QLineEdit::textEdited, this,
+            [this] { session_.end_step(); });
     connect(isovalue_, &QDoubleSpinBox::editingFinished, this, [this] { session_.end_step(); });
     connect(&session_, &Session::scan_changed, this, &ControlBar::follow_scan);
     connect(&session_, &Session::parameters_changed, this, &ControlBar::follow_parameters);

@@ -28,7 +28,7 @@ QMessageBox* replace_box(const QString& title, const std::vector<std::filesystem
         QMessageBox::NoIcon, title,
         existing.size() == 1
             ? QObject::tr("%1 exists already.").arg(first)
-            : QObject::tr("%1 and %2 more exist already.").arg(first).arg(existing.size() - 1),
+            : QObject::tr("%1 and %2 more exist already.").arg(first, QString::number(existing.size() - 1)),
         QMessageBox::Cancel, parent);
     box->setObjectName("replace_box");
     box->setAttribute(Qt::WA_DeleteOnClose);
@@ -145,8 +145,9 @@ QLayout* ExportDialog::make_form(const QString& folder) {
     what_->setObjectName("what");
     for (const SurfaceParameters& s : session_.parameters().surfaces) {
         if (!s.visible) continue;
-        what_->addItem(QString("%1   %2").arg(surface_name(*session_.scan(), s)).arg(s.isovalue, 0, 'g', 6),
-                       s.id);
+        what_->addItem(
+            QString("%1   %2").arg(surface_name(*session_.scan(), s), QString::number(s.isovalue, 'g', 6)),
+            s.id);
         if (s.id == session_.parameters().current) what_->setCurrentIndex(what_->count() - 1);
     }
     if (what_->count() > 1)
@@ -283,8 +284,7 @@ void ExportDialog::follow() {
         }
         if (shape->mesh->triangles.empty())
             obstacle = tr("“%1” is empty. There is no surface at isovalue %2.")
-                           .arg(surface_name(*scan, *surface))
-                           .arg(surface->isovalue, 0, 'g', 6);
+                           .arg(surface_name(*scan, *surface), QString::number(surface->isovalue, 'g', 6));
         const auto size =
             estimated_bytes(apps::lower_case(file.file.extension().string()), shape->mesh->points.size(),
                             shape->mesh->triangles.size(), session_.parameters().colouring != Colouring::own);

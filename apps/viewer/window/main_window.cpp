@@ -347,10 +347,13 @@ void MainWindow::discard_work(const std::function<void()>& proceed) {
 }
 
 bool MainWindow::choose_session_file() {
-    const fs::path input = session_.scan()->input;
-    const fs::path scan = input.has_filename() ? input : input.parent_path();
-    const fs::path proposed =
-        session_file_.empty() ? fs::path(scan).replace_extension(kSessionExtension) : session_file_;
+    fs::path proposed = session_file_;
+    if (proposed.empty()) {
+        proposed = session_.scan()->input;
+        // What follows a dot in the name of a folder, such as a UID, is no extension.
+        if (!fs::is_directory(proposed)) proposed.replace_extension();
+        proposed += kSessionExtension;
+    }
     // Another scan may open before the answer.
     const SavedSession shown = session_to_save();
     const std::shared_ptr<const Scan> shown_scan = session_.shared_scan();
@@ -365,12 +368,8 @@ bool MainWindow::save_session(const fs::path& file) {
 
 SavedSession MainWindow::session_to_save() const {
     const Scan& scan = *session_.scan();
-    return {scan.input,
-            scan.options,
-            scan.volume.geometry().dims,
-            session_.parameters(),
-            session_.crosshair(),
-            view_->camera()};
+    return {scan.input,           scan.options,   scan.volume.geometry().dims, session_.parameters(),
+            session_.crosshair(), view_->camera()};
 }
 
 bool MainWindow::save_session(const SavedSession& saved, const std::shared_ptr<const Scan>& scan,
@@ -486,8 +485,7 @@ void MainWindow::follow_scan() {
         view_->setFocus();
     }
     const Geometry& g = scan->volume.geometry();
-    const QString name =
-        from_path(scan->input.has_filename() ? scan->input.filename() : scan->input.parent_path().filename());
+    const QString name = from_path(scan->input.filename());
     setWindowTitle(tr("%1 – Marrow Viewer").arg(name));
     const auto samples =
         QString::fromStdString(apps::sample_text(scan->volume.type(), scan->volume.rescale()));

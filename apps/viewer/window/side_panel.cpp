@@ -6,6 +6,7 @@
 #include <QAction>
 #include <QColorDialog>
 #include <QGridLayout>
+#include <QKeyEvent>
 #include <QMouseEvent>
 #include <QPainter>
 #include <QPainterPath>
@@ -51,6 +52,25 @@ QIcon eye(bool open, const QPalette& palette) {
     }
     return pixmap;
 }
+
+// Each press of a key or the mouse is a step of undo.
+class OpacitySlider : public QSlider {
+  public:
+    explicit OpacitySlider(Session& session) : QSlider(Qt::Horizontal), session_(session) {}
+
+  protected:
+    void keyReleaseEvent(QKeyEvent* event) override {
+        if (!event->isAutoRepeat()) session_.end_step();
+        QSlider::keyReleaseEvent(event);
+    }
+    void mouseReleaseEvent(QMouseEvent* event) override {
+        QSlider::mouseReleaseEvent(event);
+        session_.end_step();
+    }
+
+  private:
+    Session& session_;
+};
 
 QLabel* heading(const QString& text) {
     auto* label = new QLabel(text);
@@ -228,6 +248,11 @@ void SidePanel::fill_add_menu() {
     add_menu_->clear();
     const Scan* scan = session_.scan();
     if (!scan) return;
+    if (session_.parameters().surfaces.size() >= Parameters::kMostSurfaces) {
+        add_menu_->addAction(tr("A session has at most %1 surfaces").arg(Parameters::kMostSurfaces))
+            ->setEnabled(false);
+        return;
+    }
     if (scan->hounsfield) {
         for (const Preset& preset : kPresets) {
             const QString name = QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
@@ -259,7 +284,7 @@ void SidePanel::add_opacity(QVBoxLayout* layout) {
     auto* label = new QLabel(tr("Opacity"));
     label->setProperty("role", "faint");
     row->addWidget(label);
-    opacity_ = new QSlider(Qt::Horizontal);
+    opacity_ = new OpacitySlider(session_);
     opacity_->setObjectName("opacity");
     opacity_->setRange(0, 100);
     opacity_->setToolTip(tr("Opacity of the selected surface"));
@@ -271,7 +296,6 @@ void SidePanel::add_opacity(QVBoxLayout* layout) {
                             if (auto* surface = p.find(p.current)) surface->opacity = percent / 100.0;
                         });
     });
-    connect(opacity_, &QSlider::sliderReleased, this, [this] { session_.end_step(); });
 }
 
 void SidePanel::add_colouring(QVBoxLayout* layout) {
