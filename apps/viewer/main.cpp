@@ -13,7 +13,6 @@
 #include <marrow/gpu.h>
 #include <marrow/version.h>
 
-#include "model/session_file.h"
 #include "shared/console.h"
 #include "shared/device_argument.h"
 #include "shared/display.h"
