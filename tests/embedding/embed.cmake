@@ -13,7 +13,7 @@ endfunction()
 set(compiler -G ${GENERATOR} -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_BUILD_TYPE=Debug
   "-DCMAKE_CXX_FLAGS=${CXX_FLAGS} -O0 -g0 -DHWY_COMPILE_ONLY_STATIC")
 set(here ${MARROW}/tests/embedding)
-file(REMOVE_RECURSE ${WORK})
+file(REMOVE_RECURSE ${WORK} ${WORK}-marrow)
 
 if(NOT WAY STREQUAL "installed")
   must_run(${CMAKE_COMMAND} -S ${here}/core -B ${WORK} ${compiler} -D WAY=${WAY} -D MARROW=${MARROW} -D MARROW_SHARED=${SHARED})
@@ -22,10 +22,11 @@ if(NOT WAY STREQUAL "installed")
   return()
 endif()
 
-# The shared libraries are those of this build; the static ones are built here, without the programs.
+# The shared libraries are those of this build; the static ones are built here, without the programs. Their folder is as
+# deep as that of the other ways, so that a compiler cache knows their objects.
 set(build ${BUILD})
 if(NOT SHARED)
-  set(build ${WORK}/marrow)
+  set(build ${WORK}-marrow)
   must_run(${CMAKE_COMMAND} -S ${MARROW} -B ${build} ${compiler} -D MARROW_SHARED=OFF -D MARROW_APPS=OFF)
   must_run(${CMAKE_COMMAND} --build ${build})
 endif()
