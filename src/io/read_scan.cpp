@@ -151,9 +151,9 @@ Input identify_file(const fs::path& path, const ScanOptions& options) {
         return {ScanFormat::zarr, {folder_of(path)}, {}, {}};
     const std::optional<ScanFormat> format = format_of(path, head);
     if (!format) {
-        if (is_archive(path, head)) fail<InputError>(path, "it is an archive; unpack it first");
+        if (is_archive(path, head)) fail<InputError>(path, "is an archive; unpack it first");
         fail<InputError>(path,
-                         "it is not a scan of a supported format (DICOM, NIfTI, NRRD, MetaImage, OME-Zarr, "
+                         "is not a scan of a supported format (DICOM, NIfTI, NRRD, MetaImage, OME-Zarr, "
                          "TIFF, PNG, JPEG, "
                          "BMP)");
     }
