@@ -63,7 +63,6 @@ void compare_triangles(std::span<const MeshObject> objects, const Mesh& found, f
 }  // namespace
 
 std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::string>& names) {
-    constexpr std::string_view kName = kNamePlaceholder;
     std::vector<fs::path> files(names.size());
     if (output.empty()) return files;
     if (output == "-")
@@ -76,14 +75,15 @@ std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::s
     if (!output.has_filename() || fs::is_directory(output, ignored))
         pattern = (output / "{name}.stl").string();
     format_of(pattern);
-    const bool is_pattern = pattern.find(kName) != pattern.npos;
+    const bool is_pattern = pattern.find(kNamePlaceholder) != pattern.npos;
     if (!is_pattern && has_placeholder(pattern))
-        throw UsageError(
-            fmt::format("'{}' has a placeholder that does not exist: the only one is {}", pattern, kName));
+        throw UsageError(fmt::format("'{}' has a placeholder that does not exist: the only one is {}",
+                                     pattern, kNamePlaceholder));
     for (std::size_t i = 0; i < files.size(); ++i) {
         std::string file = pattern;
-        for (std::size_t at = file.find(kName); at != file.npos; at = file.find(kName, at + names[i].size()))
-            file.replace(at, kName.size(), names[i]);
+        for (std::size_t at = file.find(kNamePlaceholder); at != file.npos;
+             at = file.find(kNamePlaceholder, at + names[i].size()))
+            file.replace(at, kNamePlaceholder.size(), names[i]);
         files[i] = file;
     }
     if (is_pattern && std::set<fs::path>(files.begin(), files.end()).size() < files.size())

@@ -23,7 +23,7 @@ inline constexpr std::string_view kNamePlaceholder = "{name}";
 /// Whether a path has this placeholder, or its file name any other text in braces.
 bool has_placeholder(const std::filesystem::path& file);
 
-/// Whether a mesh of this format is always written in the same space, LPS.
+/// Whether the axes of this format are fixed, so that no other space than LPS can be chosen.
 bool has_fixed_axes(MeshFormat format);
 
 }  // namespace marrow::apps

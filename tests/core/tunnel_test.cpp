@@ -19,11 +19,11 @@ namespace {
 
 const IsosurfaceOptions kExact{.closed = true, .topology = true};
 
-// Where rounding moves points off planes on which they are in the grid.
-Geometry askew(std::int64_t side) {
+// A grid in which rounding moves points off the planes that they share. Each number has another place.
+Geometry askew(std::int64_t side, int number = 0) {
     Geometry g = grid(side, side, side);
     g.spacing = {0.45, 0.7, 1.3};
-    g.origin = {-113.4, 87.9, -1203.3};
+    g.origin = {-113.4 + 7.3 * number, 87.9 + 3.1 * number, -1203.3 + 11.7 * number};
     g.direction = {{{0.8, -0.6, 0}, {0.6, 0.8, 0}, {0, 0, 1}}};
     return g;
 }
@@ -75,7 +75,6 @@ INSTANTIATE_TEST_SUITE_P(
     Cells, CellsWithTunnels,
     testing::Values(std::array<double, 8>{181.5, 64.5, 430.5, -693.5, -50.5, -3281.5, -20814.5, 23903.5},
                     std::array<double, 8>{0.5, -0.5, -4.5, 4.5, -4.5, 4.5, 3.5, -6.5},
-                    std::array<double, 8>{8.5, -8.5, -4.5, -2.5, -0.5, 0.5, 3.5, -3.5},
                     std::array<double, 8>{-3.5, 3.5, 0.5, -0.5, -2.5, -3.5, -5.5, 5.5},
                     std::array<double, 8>{-22290.5, 8645.5, -67.5, 337.5, -16.5, 132.5, 7.5, -37.5},
                     std::array<double, 8>{-15428.5, 4.5, 4638.5, -13.5, 1949.5, -0.5, -3945.5, 1.5}));
@@ -85,11 +84,14 @@ TEST_P(CellsWithTunnels, DoNotPassThroughThemselves) {
     unsigned inside = 0;
     for (std::size_t v = 0; v < 8; ++v) inside |= (f[v] >= 0 ? 1u : 0u) << v;
     ASSERT_TRUE(internal::decide_topology(inside, f).has_tunnel);
-    const Volume volume = sampled<float>(
-        askew(2), [&](auto x, auto y, auto z) { return f[static_cast<std::size_t>(x + 2 * y + 4 * z)]; });
-    const Mesh mesh = extract_isosurface(volume, 0, kExact);
-    EXPECT_EQ(manifold_fault(mesh), "");
-    EXPECT_EQ(check_mesh(mesh).self_intersections, 0);
+    for (int place = 0; place < 50; ++place) {
+        const Volume volume = sampled<float>(askew(2, place), [&](auto x, auto y, auto z) {
+            return f[static_cast<std::size_t>(x + 2 * y + 4 * z)];
+        });
+        const Mesh mesh = extract_isosurface(volume, 0, kExact);
+        EXPECT_EQ(manifold_fault(mesh), "");
+        EXPECT_EQ(check_mesh(mesh).self_intersections, 0) << place;
+    }
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "errors.h"
 
 #include <array>
+#include <cctype>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -40,10 +41,13 @@ std::string with_names_of_python(std::string message) {
         {{"limits.memory", "max_memory"}, {"inspect_scan", "marrow.inspect"}, {"options.", ""}}};
     for (const auto& [cpp, python] : kNames) {
         for (std::size_t at = message.find(cpp); at != message.npos; at = message.find(cpp, at)) {
-            // File names may have such words behind a letter, a slash or a full stop.
-            const bool is_word = at == 0 || message[at - 1] == ' ';
-            if (is_word) message.replace(at, cpp.size(), python);
-            at += is_word ? python.size() : cpp.size();
+            // Not within the name of a file, nor the last word of a sentence.
+            const bool begins = at == 0 || message[at - 1] == ' ';
+            const bool goes_on =
+                cpp.back() != '.' || std::isalpha(static_cast<unsigned char>(message[at + cpp.size()]));
+            const bool is_name = begins && goes_on;
+            if (is_name) message.replace(at, cpp.size(), python);
+            at += is_name ? python.size() : cpp.size();
         }
     }
     return message;
