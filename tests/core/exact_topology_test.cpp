@@ -301,10 +301,10 @@ CountedCells count_cells(const Cube& cube) {
         const Corners f = cube.cell(x, y, z);
         const CellTopology topology = decided(f);
         ConnectedCorners connected(f);
-        const int tunnels = topology.has_tunnel ? 1 : 0;
+        const int tunnels = topology.has_tunnel() ? 1 : 0;
         result.chi += connected.pieces(f, true) - tunnels - connected.boundary_chi;
         result.tunnels += tunnels;
-        result.tunnels_of_three_loops += topology.shape->loops == 3 ? tunnels : 0;
+        result.tunnels_of_three_loops += topology.shape().loops == 3 ? tunnels : 0;
         if (tunnels > 0) connected.add_tunnel(f);
         const auto number = [&](std::uint32_t v) {
             const int vx = x + static_cast<int>(v & 1), vy = y + static_cast<int>(v >> 1 & 1),
@@ -431,11 +431,11 @@ TEST(ExactTopologyOfCells, DoesNotDependOnAxesOrSides) {
     for (int i = 0; i < 20000; ++i) {
         const Corners f = random_corners(i % 2 == 0, random);
         const CellTopology topology = decided(f);
-        tunnels += topology.has_tunnel ? 1 : 0;
+        tunnels += topology.has_tunnel() ? 1 : 0;
         const auto expect_same = [&](const CellTopology& other) {
-            ASSERT_EQ(other.shape->loops, topology.shape->loops) << i;
-            ASSERT_EQ(other.has_tunnel, topology.has_tunnel) << i;
-            ASSERT_EQ(other.shape->has_fan, topology.shape->has_fan) << i;
+            ASSERT_EQ(other.shape().loops, topology.shape().loops) << i;
+            ASSERT_EQ(other.has_tunnel(), topology.has_tunnel()) << i;
+            ASSERT_EQ(other.shape().has_fan, topology.shape().has_fan) << i;
             ASSERT_EQ(other.triangles(), topology.triangles()) << i;
         };
         for_each_symmetry([&](const std::array<std::size_t, 8>& order) {
@@ -446,8 +446,8 @@ TEST(ExactTopologyOfCells, DoesNotDependOnAxesOrSides) {
         // Inside and outside exchanged; 2 f + 1 is never a tie.
         Corners doubled, negated;
         for (std::size_t v = 0; v < 8; ++v) doubled[v] = 2 * f[v] + 1, negated[v] = -doubled[v];
-        ASSERT_EQ(decided(doubled).has_tunnel, decided(negated).has_tunnel) << i;
-        ASSERT_EQ(decided(doubled).shape->loops, decided(negated).shape->loops) << i;
+        ASSERT_EQ(decided(doubled).has_tunnel(), decided(negated).has_tunnel()) << i;
+        ASSERT_EQ(decided(doubled).shape().loops, decided(negated).shape().loops) << i;
     }
     EXPECT_GT(tunnels, 50);
 }
@@ -464,10 +464,10 @@ TEST(ExactTopologyOfCells, HasTheLoopsAndTunnelsThatAreDecided) {
         const Mesh mesh = extract_isosurface(volume, 0, {.topology = true, .threads = 1});
         ASSERT_EQ(manifold_fault(mesh, true), "") << i;
         const MeshMeasures m = measure(mesh);
-        const int loops = topology.shape->loops, tunnels = topology.has_tunnel ? 1 : 0;
+        const int loops = topology.shape().loops, tunnels = topology.has_tunnel() ? 1 : 0;
         ASSERT_EQ(m.euler_characteristic, loops - 2 * tunnels) << i;
         ASSERT_EQ(m.components, loops - tunnels) << i;
-        ASSERT_EQ(m.boundary_edges, std::popcount(topology.shape->crossed)) << i;
+        ASSERT_EQ(m.boundary_edges, std::popcount(topology.shape().crossed)) << i;
     }
 }
 
@@ -481,8 +481,8 @@ TEST(ExactTopologyOfCells, ConnectsWhatALatticeConnects) {
         const Corners f = random_corners(i % 2 == 0, random);
         const CellTopology topology = decided(f);
         ConnectedCorners connected(f);
-        if (topology.has_tunnel) connected.add_tunnel(f);
-        tunnels += topology.has_tunnel ? 1 : 0;
+        if (topology.has_tunnel()) connected.add_tunnel(f);
+        tunnels += topology.has_tunnel() ? 1 : 0;
         Cube lattice(kPoints);
         const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
         Cube::for_each(kPoints, [&](int x, int y, int z) {

@@ -83,7 +83,7 @@ TEST_P(CellsWithTunnels, DoNotPassThroughThemselves) {
     const internal::CellValues& f = GetParam();
     unsigned inside = 0;
     for (std::size_t v = 0; v < 8; ++v) inside |= (f[v] >= 0 ? 1u : 0u) << v;
-    ASSERT_TRUE(internal::decide_topology(inside, f).has_tunnel);
+    ASSERT_TRUE(internal::decide_topology(inside, f).has_tunnel());
     for (int place = 0; place < 50; ++place) {
         const Volume volume = sampled<float>(askew(2, place), [&](auto x, auto y, auto z) {
             return f[static_cast<std::size_t>(x + 2 * y + 4 * z)];

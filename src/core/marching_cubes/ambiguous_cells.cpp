@@ -18,10 +18,11 @@ namespace {
 // Collects the ambiguous cells of a slice in the order of (y, x).
 class SliceWriter {
   public:
-    // Writes at most `most` cells, in at most `most_rows` rows.
-    SliceWriter(std::size_t most, std::size_t most_rows, std::vector<AmbiguousRow>& rows,
-                Buffer<AmbiguousCell>& cells)
-        : rows_(rows), cells_(cells) {
+    // Writes at most `most` cells, in at most `most_rows` rows. Adds what the loops of the cells' cases
+    // subtract to `to_subtract`, by row, unless it is null.
+    SliceWriter(std::size_t most, std::size_t most_rows, std::uint32_t* to_subtract,
+                std::vector<AmbiguousRow>& rows, Buffer<AmbiguousCell>& cells)
+        : to_subtract_(to_subtract), rows_(rows), cells_(cells) {
         rows_.clear();
         rows_.reserve(std::min(most, most_rows));
         // One more: branches on what the samples decide would often be mispredicted. So each cell is written,
@@ -34,15 +35,17 @@ class SliceWriter {
         if (y == row_.y) return;
         end_row();
         row_ = {y, 0, 0, 0};
+        loops_ = 0;
     }
     void add(std::uint32_t x, std::uint8_t cell_case, const CellTopology& topology) {
-        const auto shape = static_cast<std::size_t>(topology.shape - kShapes.data());
-        ShapeChange change = kShapeChanges[shape];
-        if (HWY_UNLIKELY(topology.has_tunnel)) change = topology.change(cell_case);
-        cells_[size_] = {x, static_cast<std::uint16_t>(shape), topology.tunnel, change.inner_points};
-        row_.inner_points += change.inner_points;
-        row_.more_triangles += static_cast<std::uint32_t>(change.more_triangles);
+        int more_triangles = kShapeChanges[topology.shape_number].more_triangles;
+        if (HWY_UNLIKELY(topology.has_tunnel()))
+            more_triangles = topology.triangles() - kCases[cell_case].triangles;
+        cells_[size_] = {x, topology};
+        row_.inner_points += topology.inner_points;
+        row_.more_triangles += static_cast<std::uint32_t>(more_triangles);
         size_ += topology.is_default(cell_case) ? 0 : 1;
+        loops_ += kCases[cell_case].loops;
     }
     void end() {
         end_row();
@@ -51,14 +54,17 @@ class SliceWriter {
 
   private:
     void end_row() {
+        if (to_subtract_ != nullptr) to_subtract_[row_.y] += 2 * loops_;
         row_.cells_end = static_cast<std::uint32_t>(size_);
         if (row_.cells_end > (rows_.empty() ? 0 : rows_.back().cells_end)) rows_.push_back(row_);
     }
 
+    std::uint32_t* const to_subtract_;
     std::vector<AmbiguousRow>& rows_;
     Buffer<AmbiguousCell>& cells_;
     std::size_t size_ = 0;
     AmbiguousRow row_{};
+    std::uint32_t loops_ = 0;  // of the row's cells, as their cases have them
 };
 
 // The samples at the corners of the cells of a slice.
@@ -131,7 +137,7 @@ void AmbiguousCells::count(std::int64_t slice, RowCounts& counts, ActiveWords& a
     candidates.slice = slice;
     count_rows(bits_, bits_.row_index(0, slice), bits_.row_index(0, slice + 1), counts, active,
                &candidates.words);
-    decide(candidates);
+    decide(candidates, counts.triangles.data() + bits_.row_index(0, slice));
 }
 
 bool AmbiguousCells::find_again(std::int64_t slice, const ActiveWords& active) {
@@ -140,14 +146,15 @@ bool AmbiguousCells::find_again(std::int64_t slice, const ActiveWords& active) {
     candidates.find_words(bits_, active);
     std::vector<AmbiguousRow>& rows = slices_[static_cast<std::size_t>(slice)].rows;
     const std::vector<AmbiguousRow> before = std::move(rows);
-    decide(candidates);
+    decide(candidates, nullptr);
     return rows == before;
 }
 
-void AmbiguousCells::decide(CandidateCells& candidates) {
+void AmbiguousCells::decide(CandidateCells& candidates, std::uint32_t* to_subtract) {
     candidates.list_cells(volume_, bits_);
     Slice& slice = slices_[static_cast<std::size_t>(candidates.slice)];
-    SliceWriter writer(candidates.size(), static_cast<std::size_t>(bits_.ny), slice.rows, slice.cells);
+    SliceWriter writer(candidates.size(), static_cast<std::size_t>(bits_.ny), to_subtract, slice.rows,
+                       slice.cells);
     visit_sample_type(volume_.type, [&](auto sample) {
         const SliceSamples<decltype(sample)> samples(volume_, isovalue_, bits_, candidates.slice);
         internal::decide(samples, candidates, writer);

@@ -26,14 +26,8 @@ namespace marrow::internal {
 
 /// A cell whose surface is not the one that its inside bits alone would give.
 struct AmbiguousCell {
-    std::uint32_t x;      ///< the bit of its first corner in the row
-    std::uint16_t shape;  ///< the number of its shape in kShapes
-    CellTopology::Tunnel tunnel;
-    std::uint8_t inner_points;  ///< 1 of a fan, or those of a tunnel
-
-    CellTopology topology() const {
-        return {&kShapes[shape], inner_points == CellTopology::kTunnelPoints, tunnel};
-    }
+    std::uint32_t x;  ///< the bit of its first corner in the row
+    CellTopology topology;
 };
 static_assert(sizeof(AmbiguousCell) == 8);
 
@@ -88,7 +82,9 @@ class AmbiguousCells {
         std::vector<AmbiguousRow> rows;  // in the order of y
         Buffer<AmbiguousCell> cells;     // in the order of (y, x)
     };
-    void decide(CandidateCells& candidates);
+    // Adds what the loops of the candidates' cases subtract to `to_subtract`, by row of the slice, unless it
+    // is null.
+    void decide(CandidateCells& candidates, std::uint32_t* to_subtract);
     template <class T>
     void emit_points_of(std::size_t row, std::span<const AmbiguousCell> cells, Vec3f* points,
                         Vec3f* normals) const;

@@ -22,29 +22,40 @@ HWY_INLINE std::uint32_t* repeat(std::uint32_t y, std::size_t count, std::uint32
     return out + count;
 }
 
-// Lists the cells in all words. Returns how many there are.
-std::size_t list_undecided(const InsideBits& bits, std::int64_t slice, const Buffer<UndecidedWords>& words,
+// Lists the cells of all words. Returns how many there are.
+std::size_t list_undecided(const InsideBits& bits, std::int64_t slice, const Buffer<UndecidedCells>& words,
                            std::uint32_t* x, std::uint32_t* y, std::uint8_t* cases) {
-    const Words d;
     const std::uint32_t* const begin = x;
-    for (const UndecidedWords& some : words) {
+    for (const UndecidedCells& some : words) {
         const RowBits row(bits, GridRow(bits, some.y, slice));
-        if (!row.has_cells) break;
-        HWY_ALIGN std::uint64_t undecided[hn::MaxLanes(Words())];
-        hn::Store(may_be_ambiguous(CellVecs(row, some.first)), d, undecided);
-        for (std::size_t w = some.first; w < std::min(some.first + hn::Lanes(d), row.words); ++w) {
-            const std::uint64_t cells = undecided[w - some.first] & row.valid(w);
-            if (cells == 0) continue;
-            x = list_indices(cells, static_cast<std::uint32_t>(64 * w), x);
-            y = repeat(some.y, popcount(cells), y);
-            cases = CellRows(row, w).list(cells, cases);
-        }
+        x = list_indices(some.cells, 64 * some.word, x);
+        y = repeat(some.y, popcount(some.cells), y);
+        cases = CellRows(row, some.word).list(some.cells, cases);
     }
     return static_cast<std::size_t>(x - begin);
 }
 
-std::size_t words_at_once() {
-    return hn::Lanes(Words());
+void find_undecided(const InsideBits& bits, std::int64_t slice, const ActiveWords& active,
+                    Buffer<UndecidedCells>& words) {
+    const Words d;
+    words.clear();
+    for (std::int64_t y = 0; y < bits.ny; ++y) {
+        const GridRow at(bits, y, slice);
+        const RowBits row(bits, at);
+        if (!row.has_cells) break;
+        std::size_t end = 0;  // of the words that were looked at
+        for_each_active_word(active, at.index, [&](std::size_t first) HWY_ATTR {
+            if (first < end) return;
+            end = std::min(first + hn::Lanes(d), row.words);
+            HWY_ALIGN std::uint64_t undecided[hn::MaxLanes(Words())];
+            hn::Store(may_be_ambiguous(CellVecs(row, first)), d, undecided);
+            for (std::size_t w = first; w < end; ++w) {
+                const std::uint64_t cells = undecided[w - first] & row.valid(w);
+                if (cells != 0)
+                    words.push_back({static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(w), cells});
+            }
+        });
+    }
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -54,7 +65,7 @@ HWY_AFTER_NAMESPACE();
 namespace marrow::internal {
 
 HWY_EXPORT(list_undecided);
-HWY_EXPORT(words_at_once);
+HWY_EXPORT(find_undecided);
 
 namespace {
 
@@ -76,22 +87,11 @@ std::uint8_t CandidateCells::cell_case(std::size_t cell) const {
 }
 
 void CandidateCells::find_words(const InsideBits& bits, const ActiveWords& active) {
-    const std::size_t at_once = HWY_DYNAMIC_DISPATCH(words_at_once)();
-    words.clear();
-    for (std::int64_t y = 0; y + 1 < bits.ny; ++y) {
-        std::size_t end = 0;  // of the words that are listed
-        const std::uint64_t* const masks = active.row(bits.row_index(y, slice));
-        for (std::size_t w = 0; w < bits.words_per_row; ++w) {
-            if ((masks[w / 64] >> w % 64 & 1) == 0 || w < end) continue;
-            words.push_back({static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(w)});
-            end = w + at_once;
-        }
-    }
+    HWY_DYNAMIC_DISPATCH(find_undecided)(bits, slice, active, words);
 }
 
 void CandidateCells::list_cells(const VolumeView& volume, const InsideBits& bits) {
-    const std::size_t at_once = HWY_DYNAMIC_DISPATCH(words_at_once)();
-    const std::size_t most = 64 * (at_once * words.size() + 1);  // lists are overwritten beyond their end
+    const std::size_t most = 64 * (words.size() + 1);  // lists are overwritten beyond their end
     if (most > x_.size()) {
         x_.resize(2 * most);
         y_.resize(2 * most);

@@ -1,5 +1,4 @@
-/// Lists the cells in which the samples may decide the topology: those with an ambiguous face, or with two
-/// antipodal corners that differ from the other six.
+/// Lists the cells in which the samples may decide the topology.
 #pragma once
 
 #include <cstddef>
@@ -17,11 +16,11 @@ namespace marrow::internal {
 class CandidateCells {
   public:
     std::int64_t slice = 0;
-    Buffer<UndecidedWords> words;  ///< of the slice, from count_rows()
+    Buffer<UndecidedCells> words;  ///< of the slice, from count_rows()
 
     /// Finds `words` again, among the active ones.
     void find_words(const InsideBits& bits, const ActiveWords& active);
-    /// Lists the cells in `words`, and asks for their samples: those of a large volume are not in the cache,
+    /// Lists the cells of `words`, and asks for their samples: those of a large volume are not in the cache,
     /// and a miss takes longer than a decision.
     void list_cells(const VolumeView& volume, const InsideBits& bits);
 

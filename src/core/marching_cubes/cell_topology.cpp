@@ -291,18 +291,19 @@ bool choose_loops(unsigned cell_case, const CellValues& f, const CellShape& shap
 }
 
 void find_tunnel(unsigned cell_case, const CellValues& values, CellTopology& topology) {
-    const CellShape& shape = *topology.shape;
+    const CellShape& shape = topology.shape();
     if (shape.loops != 2 && shape.loops != 3) return;
     if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) return;
     const CellValues f = well_scaled(values);
-    topology.has_tunnel = has_waist(f, topology.tunnel) && choose_loops(cell_case, f, shape, topology.tunnel);
+    if (has_waist(f, topology.tunnel) && choose_loops(cell_case, f, shape, topology.tunnel))
+        topology.inner_points = CellTopology::kTunnelPoints;
 }
 
 }  // namespace
 
 int CellTopology::triangles() const {
-    if (!has_tunnel) return shape->triangles;
-    return std::popcount(shape->crossed) - 2 * shape->loops + 4 + 2 * kTunnelPoints;
+    if (!has_tunnel()) return shape().triangles;
+    return std::popcount(shape().crossed) - 2 * shape().loops + 4 + 2 * kTunnelPoints;
 }
 
 void decide_topologies(const CellBatch& batch, const std::uint8_t (&cases)[CellBatch::kCells],
@@ -312,7 +313,8 @@ void decide_topologies(const CellBatch& batch, const std::uint8_t (&cases)[CellB
     for (std::size_t i = 0; i < count; ++i) {
         const unsigned joined = joined_faces(batch, i, cases[i], signs[i]);
         const std::size_t place = kShapePlace[kAmbiguousFaces[cases[i]]][joined];
-        topologies[i] = {&kShapes[kFirstShape[cases[i]] + place]};
+        const auto shape = static_cast<std::uint16_t>(kFirstShape[cases[i]] + place);
+        topologies[i] = {shape, {}, kShapeChanges[shape].inner_points};
         if (signs[i].may_have_waist()) find_tunnel(cases[i], batch.values(i), topologies[i]);
     }
 }

@@ -23,24 +23,20 @@ struct CellTopology {
         std::uint8_t first_loop : 2 = 0, second_loop : 2 = 0, positive_faces : 3 = 0;
     };
 
-    const CellShape* shape = nullptr;
-    bool has_tunnel = false;
-    Tunnel tunnel{};
-
     /// The points of a tunnel, in a cell without triangles that fill the loops at its ends.
     static constexpr int kTunnelPoints = 6;
 
-    int inner_points() const { return has_tunnel ? kTunnelPoints : shape->has_fan ? 1 : 0; }
+    std::uint16_t shape_number = 0;  ///< in kShapes
+    Tunnel tunnel{};
+    std::uint8_t inner_points = 0;  ///< 1 of a fan, or kTunnelPoints
+
+    const CellShape& shape() const { return kShapes[shape_number]; }
+    bool has_tunnel() const { return inner_points == kTunnelPoints; }
     /// A loop of k points has k - 2 triangles; an inner point adds two, and a tunnel four.
     int triangles() const;
-    /// What the cell has more than its case.
-    ShapeChange change(unsigned cell_case) const {
-        return {static_cast<std::int8_t>(triangles() - kCases[cell_case].triangles),
-                static_cast<std::uint8_t>(inner_points())};
-    }
     /// Whether the inside bits alone give the same.
     bool is_default(unsigned cell_case) const {
-        return shape == &kShapes[kFirstShape[cell_case]] && !has_tunnel;
+        return shape_number == kFirstShape[cell_case] && !has_tunnel();
     }
 };
 

@@ -97,8 +97,7 @@ HWY_INLINE WordVec count_bits(WordVec words) {
 // Counts what a row makes, in the lanes of vectors, and marks its active words.
 struct RowCounter {
     WordVec along_x, along_y, along_z;
-    WordVec one_loop;              // active cells that surely have one loop
-    std::uint32_t more_loops = 0;  // loops of the other active cells
+    WordVec one_loop;  // active cells that are not undecided
 
     RowCounter() {
         const Words d;
@@ -106,7 +105,7 @@ struct RowCounter {
     }
 
     // Counts in a vector of words, of which w is the first. Returns a bit for each word that is active. Calls
-    // note() if there may be undecided cells.
+    // note(word, cells) for the words that have undecided cells, and perhaps for others, with no cells.
     template <class Note>
     HWY_INLINE std::uint64_t count(const RowBits& row, const RowMasks& masks, std::size_t w,
                                    const Note& note) {
@@ -125,15 +124,12 @@ struct RowCounter {
         along_x = hn::Add(along_x, count_bits(x));
         along_y = hn::Add(along_y, count_bits(y));
         along_z = hn::Add(along_z, count_bits(z));
-        const auto several = hn::And(may_have_loops(cells), active);
-        one_loop = hn::Add(one_loop, count_bits(hn::AndNot(several, active)));
-        if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Ne(several, hn::Zero(d))))) {
-            note();
+        const auto undecided = hn::And(may_be_ambiguous(cells), valid);
+        one_loop = hn::Add(one_loop, count_bits(hn::AndNot(undecided, active)));
+        if (HWY_UNLIKELY(!hn::AllFalse(d, hn::Ne(undecided, hn::Zero(d))))) {
             HWY_ALIGN std::uint64_t of_word[hn::MaxLanes(Words())];
-            hn::Store(several, d, of_word);
-            for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
-                if (of_word[k] != 0) more_loops += count_loops(CellBits(row, w + k), of_word[k]);
-            }
+            hn::Store(undecided, d, of_word);
+            for (std::size_t k = 0; k < hn::Lanes(d); ++k) note(w + k, of_word[k]);
         }
         return marks;
     }
@@ -152,28 +148,29 @@ struct RowCounter {
     }
 };
 
-template <bool kUndecided>
-void count_rows_of(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                   ActiveWords& active, Buffer<UndecidedWords>* undecided) {
+void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
+                       ActiveWords& active, Buffer<UndecidedCells>* undecided) {
     constexpr std::size_t kLanes = hn::MaxLanes(Words());
     static_assert(kLanes < InsideBits::kSlack);
     const RowMasks masks(bits);
-    [[maybe_unused]] UndecidedWords* next = nullptr;
-    if constexpr (kUndecided) {
-        undecided->resize((row_end - row_begin) * ((bits.words_per_row + kLanes - 1) / kLanes));
-        next = undecided->data();
-    }
+    // Branches on which words have undecided cells would often be mispredicted. So each word is written, and
+    // the next one overwrites it if it has none.
+    Buffer<UndecidedCells> of_row;
+    Buffer<UndecidedCells>& list = undecided != nullptr ? *undecided : of_row;
+    list.resize((undecided != nullptr ? row_end - row_begin : 1) * bits.words_per_row + 1);
+    UndecidedCells* next = list.data();
     for (GridRow at(bits, row_begin); at.index < row_end; at.advance(bits)) {
         const std::size_t r = at.index;
         const RowBits row(bits, at);
         RowCounter counter;
+        UndecidedCells* const first = next;
         std::uint64_t any = 0;
         for (std::size_t begin = 0; begin < row.words; begin += 64) {
             std::uint64_t marks = 0;
             for (std::size_t w = begin; w < std::min(begin + 64, row.words); w += kLanes) {
-                const auto note = [&] {
-                    if constexpr (kUndecided)
-                        *next++ = {static_cast<std::uint32_t>(at.y), static_cast<std::uint32_t>(w)};
+                const auto note = [&](std::size_t word, std::uint64_t cells) HWY_ATTR {
+                    *next = {static_cast<std::uint32_t>(at.y), static_cast<std::uint32_t>(word), cells};
+                    next += cells != 0 ? 1 : 0;
                 };
                 marks |= counter.count(row, masks, w, note) << (w - begin);
             }
@@ -185,23 +182,20 @@ void count_rows_of(const InsideBits& bits, std::size_t row_begin, std::size_t ro
             along_x = RowCounter::sum(counter.along_x);
             along_y = RowCounter::sum(counter.along_y);
             along_z = RowCounter::sum(counter.along_z);
-            const std::uint32_t loops = RowCounter::sum(counter.one_loop) + counter.more_loops;
+            std::uint32_t loops = RowCounter::sum(counter.one_loop);
+            if (undecided == nullptr) {
+                for (const UndecidedCells* some = first; some < next; ++some)
+                    loops += count_loops(CellBits(row, some->word), some->cells);
+            }
             to_subtract = 2 * loops + count_ends(row, bits.cells_x);
         }
         counts.points[r] = along_x + along_y + along_z;
         counts.along_x[r] = along_x;
         counts.along_y[r] = along_y;
         counts.triangles[r] = row.has_cells ? to_subtract : 0;
+        if (undecided == nullptr || !row.has_cells) next = first;
     }
-    if constexpr (kUndecided) undecided->resize(static_cast<std::size_t>(next - undecided->data()));
-}
-
-void count_rows_target(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                       ActiveWords& active, Buffer<UndecidedWords>* undecided) {
-    if (undecided != nullptr)
-        count_rows_of<true>(bits, row_begin, row_end, counts, active, undecided);
-    else
-        count_rows_of<false>(bits, row_begin, row_end, counts, active, nullptr);
+    list.resize(static_cast<std::size_t>(next - list.data()));
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE
@@ -213,7 +207,7 @@ namespace marrow::internal {
 HWY_EXPORT(count_rows_target);
 
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active, Buffer<UndecidedWords>* undecided) {
+                ActiveWords& active, Buffer<UndecidedCells>* undecided) {
     HWY_DYNAMIC_DISPATCH(count_rows_target)(bits, row_begin, row_end, counts, active, undecided);
 }
 

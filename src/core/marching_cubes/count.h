@@ -23,17 +23,23 @@ struct RowCounts {
     std::vector<std::uint32_t> triangles;  ///< triangles of the row of cells
 };
 
-/// Words of a row that may have cells whose topology the samples decide: as many as a vector has.
-struct UndecidedWords {
+/// The cells of a word whose topology the samples may decide: those with an ambiguous face, or with two
+/// antipodal corners that differ from the other six.
+struct UndecidedCells {
     std::uint32_t y;      ///< of the row, in its slice
-    std::uint32_t first;  ///< in the row
+    std::uint32_t word;   ///< in the row
+    std::uint64_t cells;  ///< bit i: the cell that starts at bit i of the word
 };
 
 /// Counts the points of the rows [row_begin, row_end) and marks their active words. Does not count triangles
 /// yet, because that takes the next rows: `counts.triangles` gets the number that count_triangles()
-/// subtracts. Unless `undecided` is null, it becomes the list of such words of these rows.
+/// subtracts.
+///
+/// Unless `undecided` is null, it becomes the list of the words of these rows that have such cells, in
+/// ascending order, and their loops are still to be counted: a cell with L loops adds 2 L to the number that
+/// is subtracted.
 void count_rows(const InsideBits& bits, std::size_t row_begin, std::size_t row_end, RowCounts& counts,
-                ActiveWords& active, Buffer<UndecidedWords>* undecided = nullptr);
+                ActiveWords& active, Buffer<UndecidedCells>* undecided = nullptr);
 
 /// Counts the triangles of the rows [row_begin, row_end). \pre count_rows() of these rows, the next row and
 /// the next slice

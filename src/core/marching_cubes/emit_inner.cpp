@@ -90,13 +90,13 @@ void AmbiguousCells::emit_points_of(std::size_t row, std::span<const AmbiguousCe
     const CornerSamples<T> samples(volume_, y, z);
     RowSlopes<T> slopes(volume_, y, z);
     for (const AmbiguousCell& cell : cells) {
-        if (cell.inner_points == 0) continue;
+        if (cell.topology.inner_points == 0) continue;
         const std::int64_t x = cell.x - bits_.first_x;
         const CellValues values = samples.minus(isovalue_, x);
         const Vec3d corner{static_cast<double>(first[0] + x), static_cast<double>(first[1] + y),
                            static_cast<double>(first[2] + z)};
         std::array<Vec3d, CellTopology::kTunnelPoints> inner;
-        const int count = place_inner_points(cell.topology(), values, inner);
+        const int count = place_inner_points(cell.topology, values, inner);
         for (int k = 0; k < count; ++k) {
             points[k] = to_float(to_physical_.origin +
                                  to_physical_.exact * (corner + inner[static_cast<std::size_t>(k)]));
@@ -123,8 +123,8 @@ std::uint32_t* AmbiguousCells::emit_triangles(std::size_t row, const AmbiguousCe
             *out++ = id(corners[third]);
         }
     };
-    const CellTopology topology = cell.topology();
-    if (topology.has_tunnel) {
+    const CellTopology& topology = cell.topology;
+    if (topology.has_tunnel()) {
         const GridRow at(bits_, row);
         CellValues values;
         visit_sample_type(volume_.type, [&](auto sample) {
@@ -135,7 +135,7 @@ std::uint32_t* AmbiguousCells::emit_triangles(std::size_t row, const AmbiguousCe
         const TunnelTriangles triangles = triangulate_tunnel(topology, values);
         emit(triangles.corners.data(), triangles.count);
     } else {
-        emit(topology.shape->corners.data(), topology.shape->triangles);
+        emit(topology.shape().corners.data(), topology.shape().triangles);
     }
     return out;
 }

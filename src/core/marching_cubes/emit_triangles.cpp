@@ -206,7 +206,7 @@ class AmbiguousRowWriter {
         : input_(input),
           table_(input.to_physical.mirrored ? kMirroredRunningShapes.data() : kRunningShapes.data()),
           words_(input.ambiguous != nullptr ? input.bits.words_per_row : 0),
-          list_(64 * words_.size()) {}
+          list_(64 * words_.size() + hn::MaxLanes(D16())) {}
 
     // `inner_id` is the id of the row's first inner point, and `cases` has room for the row's cases.
     std::uint32_t* emit(const AmbiguousRows& at, const RowBits& row, RunningIds& ids, std::uint32_t inner_id,
@@ -217,20 +217,21 @@ class AmbiguousRowWriter {
                            words_[w] = {active, static_cast<std::size_t>(next - cases)};
                        });
         const auto size = static_cast<std::size_t>(cases_end - cases);
-        std::copy_n(cases, size, list_.data());
+        widen(cases, size, list_.data());
         const auto cells = at.cells();
         for (const AmbiguousCell& cell : cells)
-            list_[index_of(cell)] = static_cast<std::uint16_t>(kFirstRunningShape + cell.shape);
+            list_[index_of(cell)] =
+                static_cast<std::uint16_t>(kFirstRunningShape + cell.topology.shape_number);
         const std::uint16_t* from = list_.data();
         if (HWY_UNLIKELY(at->inner_points > 0)) {
             for (const AmbiguousCell& cell : cells) {
-                if (HWY_LIKELY(cell.inner_points == 0)) continue;
+                if (HWY_LIKELY(cell.topology.inner_points == 0)) continue;
                 const std::uint16_t* const here = list_.data() + index_of(cell);
                 out = emit_cells(from, here, ids, table_, out, end);
                 std::uint32_t edge_ids[kCellEdges];
-                ids.write_edges(kShapes[cell.shape].crossed, edge_ids);
+                ids.write_edges(cell.topology.shape().crossed, edge_ids);
                 out = input_.ambiguous->emit_triangles(at.row(), cell, edge_ids, inner_id, out);
-                inner_id += cell.inner_points;
+                inner_id += cell.topology.inner_points;
                 from = here + 1;
             }
         }
@@ -238,6 +239,16 @@ class AmbiguousRowWriter {
     }
 
   private:
+    using D16 = hn::ScalableTag<std::uint16_t>;
+
+    // The same numbers in 16 bits. Whole vectors are read and written.
+    static HWY_INLINE void widen(const std::uint8_t* HWY_RESTRICT from, std::size_t size,
+                                 std::uint16_t* HWY_RESTRICT to) {
+        const D16 d;
+        for (std::size_t k = 0; k < size; k += hn::Lanes(d))
+            hn::StoreU(hn::PromoteTo(d, hn::LoadU(hn::Rebind<std::uint8_t, D16>(), from + k)), d, to + k);
+    }
+
     // The active cells of a word, and the index of the first in the list.
     struct ListedWord {
         std::uint64_t active;

@@ -87,11 +87,11 @@ Interpolant::Interpolant(const CellValues& f, const Vec3d& at) {
 int place_inner_points(const CellTopology& topology, const CellValues& values,
                        std::array<Vec3d, CellTopology::kTunnelPoints>& points) {
     const CellValues f = well_scaled(values);
-    if (topology.has_tunnel)
+    if (topology.has_tunnel())
         points = tunnel_points(topology.tunnel, f);
-    else if (topology.shape->has_fan)
-        points[0] = middle_of_fan(*topology.shape, f);
-    return topology.inner_points();
+    else if (topology.shape().has_fan)
+        points[0] = middle_of_fan(topology.shape(), f);
+    return topology.inner_points;
 }
 
 }  // namespace marrow::internal

@@ -173,16 +173,7 @@ HWY_INLINE WordVec have_ambiguous_faces(const CellVecs& cells) {
     return hn::Or(faces_along_x, faces_across_x);
 }
 
-// The cells that may have two antipodal corners that differ from the other six: two diagonally opposite edges
-// along x are crossed, and the other two are not.
-HWY_INLINE WordVec may_have_antipodes(const CellVecs& cells) {
-    const auto& c = cells.corners;
-    const WordVec x[4] = {hn::Xor(c[0], c[1]), hn::Xor(c[2], c[3]), hn::Xor(c[4], c[5]), hn::Xor(c[6], c[7])};
-    return hn::Or(hn::AndNot(hn::Or(x[1], x[2]), hn::And(x[0], x[3])),
-                  hn::AndNot(hn::Or(x[0], x[3]), hn::And(x[1], x[2])));
-}
-
-// The cells with two antipodal corners that differ from the other six: of the edges along y and z, too, only
+// The cells with two antipodal corners that differ from the other six: of the edges along each axis, only
 // those that end at one of the two are crossed.
 HWY_INLINE WordVec have_antipodes(const CellVecs& cells) {
     const auto& c = cells.corners;
@@ -199,14 +190,9 @@ HWY_INLINE WordVec have_antipodes(const CellVecs& cells) {
     return hn::Or(alone(0, 2), alone(1, 3));
 }
 
-// The cells in which the samples may decide the topology.
+// The cells in which the samples may decide the topology. No others have more than one loop.
 HWY_INLINE WordVec may_be_ambiguous(const CellVecs& cells) {
     return hn::Or(have_ambiguous_faces(cells), have_antipodes(cells));
-}
-
-// The cells that may have more than one loop.
-HWY_INLINE WordVec may_have_loops(const CellVecs& cells) {
-    return hn::Or(have_ambiguous_faces(cells), may_have_antipodes(cells));
 }
 
 }  // namespace marrow::internal::HWY_NAMESPACE

@@ -22,7 +22,7 @@ using Points = TunnelTriangles::Points;
 Points points_of(const CellTopology& topology, const CellValues& f) {
     Points points{};
     for (std::size_t edge = 0; edge < kCellEdges; ++edge) {
-        if ((topology.shape->crossed >> edge & 1) != 0) points[edge] = edge_point(f, edge);
+        if ((topology.shape().crossed >> edge & 1) != 0) points[edge] = edge_point(f, edge);
     }
     std::array<Vec3d, CellTopology::kTunnelPoints> ring;
     place_inner_points(topology, f, ring);
@@ -61,8 +61,8 @@ class TunnelCell {
     TunnelCell(const CellTopology& topology, const CellValues& f)
         : topology_(topology),
           points_(points_of(topology, f)),
-          first_(topology.shape->loop(topology.tunnel.first_loop), points_),
-          second_(topology.shape->loop(topology.tunnel.second_loop), points_) {}
+          first_(topology.shape().loop(topology.tunnel.first_loop), points_),
+          second_(topology.shape().loop(topology.tunnel.second_loop), points_) {}
 
     // The surface runs around the tunnel: seen along it, one loop is clockwise, and the other
     // counter-clockwise. So their bands go around the ring in opposite directions.
@@ -99,7 +99,7 @@ class TunnelCell {
     }
 
     bool has_crossings(const TunnelTriangles& triangles) const {
-        return have_crossings(triangles, points_, topology_.shape->loops);
+        return have_crossings(triangles, points_, topology_.shape().loops);
     }
 
   private:
@@ -114,9 +114,9 @@ class TunnelCell {
         TunnelTriangles triangles;
         add_band(first_.loop, first, triangles);
         add_band(second_.loop, second, triangles);
-        for (std::size_t k = 0; k < topology_.shape->loops; ++k) {
+        for (std::size_t k = 0; k < topology_.shape().loops; ++k) {
             if (k == topology_.tunnel.first_loop || k == topology_.tunnel.second_loop) continue;
-            const Loop loop = topology_.shape->loop(k);  // a triangle
+            const Loop loop = topology_.shape().loop(k);  // a triangle
             triangles.add(loop[0], loop[1], loop[2]);
         }
         return triangles;

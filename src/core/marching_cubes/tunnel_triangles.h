@@ -27,7 +27,7 @@ struct TunnelTriangles {
 };
 
 /// Spans the shortest bands between its loops and its ring that do not pass through each other or themselves.
-/// \pre topology.has_tunnel
+/// \pre topology.has_tunnel()
 TunnelTriangles triangulate_tunnel(const CellTopology& topology, const CellValues& values);
 
 }  // namespace marrow::internal

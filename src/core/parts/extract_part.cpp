@@ -48,7 +48,7 @@ void write_keys(const PartPasses& passes, const PartExtent& extent, std::size_t 
     static_assert(PartSurface::keys_per_sample(true) == 3 + CellTopology::kTunnelPoints);
     for (const AmbiguousCell& cell : inner.cells()) {
         const std::int64_t x = cell.x - first_bit + extent.first[0];
-        for (std::uint64_t i = 0; i < cell.inner_points; ++i)
+        for (std::uint64_t i = 0; i < cell.topology.inner_points; ++i)
             *keys++ = row_key + 3 * nx + CellTopology::kTunnelPoints * static_cast<std::uint64_t>(x) + i;
     }
 }

@@ -45,7 +45,7 @@ PointGroups points_at(const InsideBits& bits, std::size_t r, std::size_t x) {
 // surface is not closed before it
 std::uint32_t inner_points_at_start(const AmbiguousRows& ambiguous) {
     const AmbiguousCell& first = ambiguous.cells().front();
-    return first.x == 0 ? first.inner_points : 0;
+    return first.x == 0 ? first.topology.inner_points : 0;
 }
 
 // The points of the row that the part owns: those on edges that start at its samples, and those inside its
