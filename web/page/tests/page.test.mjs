@@ -710,6 +710,8 @@ test('a file that is changed while it is read is an error, and the next one is r
   for (const name of ['ball.nii', 'ball.nii.gz', 'ball.zip']) {
     writeFileSync(join(folder, name), niftiBall());
     await page.setInputFiles('input', join(folder, name));
+    // The browser looks at the file some time after it was chosen, and takes it as it is then.
+    await page.evaluate(() => document.querySelector('input').files[0].slice(0, 1).arrayBuffer());
     utimesSync(join(folder, name), 1e9, 1e9);
     const read = await page.evaluate(async (bytes) => {
       const { readScan } = await import('/marrow-wasm/index.mjs');
