@@ -1,9 +1,11 @@
 // The rows about slices and series of the DICOM table in docs/reliability.md. dicom_pixels_test.cpp has those
 // about pixels.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
@@ -76,6 +78,58 @@ TEST(DicomTable, UnevennessCountsFromAHundredthOfAMillimetre) {
         else
             contains(refusal<GeometryError>(folder.path()), "uneven");
     }
+}
+
+TEST(DicomTable, UnevennessOfThinSlicesCountsFromAHundredthOfTheirGap) {
+    for (const auto& [shift, good] : {std::pair(0.0008, true), std::pair(0.0012, false)}) {
+        TemporaryFolder folder;
+        write_series(folder, 5, "s", [&, s = shift](DicomWriter& w, int k) {
+            w.position("0\\0\\" + std::to_string(0.1 * k + (k == 2 ? s : 0)));
+        });
+        if (good)
+            EXPECT_NEAR(read_scan(folder.path()).geometry().spacing[2], 0.1, 1e-9);
+        else
+            contains(refusal<GeometryError>(folder.path()), "uneven");
+    }
+}
+
+// Each pair of values is on either side of a limit between slices of one volume and of others.
+TEST(DicomTable, SlicesOfOneVolumeMayDifferALittle) {
+    const auto outcome = [](const std::function<void(DicomWriter&, int)>& change) {
+        TemporaryFolder folder;
+        write_series(folder, 3, "a");  // at 2 mm from each other
+        write_series(folder, 3, "b", [&](DicomWriter& s, int k) {
+            s.position("10\\20\\" + std::to_string(6 + 2 * k));
+            change(s, k);
+        });
+        const ScanReport report = inspect_scan(folder.path());
+        if (report.series.size() != 1) return fmt::format("{} series", report.series.size());
+        return report.series[0].refusal.value_or("");
+    };
+    const auto turned = [&](double radians) {
+        return outcome(
+            [=](DicomWriter& s, int) { s.orientation(fmt::format("1\\{0}\\0\\-{0}\\1\\0", radians)); });
+    };
+    EXPECT_EQ(turned(0.0009), "");
+    EXPECT_EQ(turned(0.0011), "2 series");
+    const auto spacing = [&](double between_rows) {
+        return outcome([=](DicomWriter& s, int) { s.spacing(fmt::format("{}\\1", between_rows)); });
+    };
+    EXPECT_EQ(spacing(1.00009), "");
+    EXPECT_EQ(spacing(1.00011), "2 series");
+    const auto gap = [&](double length) {
+        return outcome(
+            [=](DicomWriter& s, int k) { s.position(fmt::format("10\\20\\{}", 4 + length + 2 * k)); });
+    };
+    contains(gap(19.9), "its slices are uneven");
+    EXPECT_EQ(gap(20.1), "2 series");
+    const auto sideways = [&](double shift) {
+        return outcome([=](DicomWriter& s, int k) {
+            s.position(fmt::format("{}\\20\\{}", 10 + (k == 0 ? shift : 0), 6 + 2 * k));
+        });
+    };
+    EXPECT_EQ(sideways(0.019), "");
+    contains(sideways(0.021), "its slices are shifted sideways between 'a2' and 'b0'");
 }
 
 TEST(DicomTable, SeveralSeriesAreListedAndOneCanBeChosen) {
