@@ -128,7 +128,7 @@ void print_thin_walls() {
 
 // The thickness that a plate shows, against its true one.
 apps::Drawing thickness_plot() {
-    constexpr double kLeft = 60, kTop = 30, kScale = 110, kMost = 3.5;
+    constexpr double kLeft = 60, kTop = 30, kScale = 90, kMost = 4.25;
     constexpr apps::Rgb kGrey = 0x999999, kBlack = 0x222222;
     const auto x = [](double mm) { return kLeft + kScale * mm; };
     const auto y = [](double mm) { return kTop + kScale * (kMost - mm); };
@@ -141,7 +141,7 @@ apps::Drawing thickness_plot() {
                            const std::string& text) {
         plot.shapes.push_back(apps::Words{px, py, anchor, colour, text});
     };
-    for (int mm = 0; mm <= 3; ++mm) {
+    for (int mm = 0; mm <= kMost; ++mm) {
         line({{double(mm), 0}, {double(mm), kMost}}, 0xeeeeee, 1);
         line({{0, double(mm)}, {kMost, double(mm)}}, 0xeeeeee, 1);
         words(x(mm), y(0) + 18, apps::Words::Anchor::middle, kBlack, fmt::format("{}", mm));
