@@ -115,6 +115,13 @@ def test_other_than_three_axes_are_refused(shape):
         marrow.Volume(np.zeros(shape))
 
 
+def test_a_path_is_read_before_it_is_extracted(tmp_path):
+    file = tmp_path / "head.nii"
+    for path in (file, str(file)):
+        with pytest.raises(marrow.InputError, match=r"head.nii' is a path and not a volume: read it with marrow.read$"):
+            marrow.extract(path, 0)
+
+
 def test_masked_arrays_are_refused(ball, tmp_path):
     masked = np.ma.masked_less(ball, 0)
     for source in (masked, Convertible(masked)):
