@@ -79,6 +79,9 @@ TEST(Segmentation, BecomesOneFileOfItsSegments) {
     EXPECT_TRUE(report.at("refused").is_null()) << beside.out;
     EXPECT_EQ(report["values"]["labels"], Json::parse(R"([{"label": 1, "name": "liver", "samples": 4},
                               {"label": 2, "name": "left kidney", "samples": 8}])"));
+    const Outcome both = marrow_with({"info", (folder / "scan").string(), "--json"});
+    for (const Json& series : Json::parse(both.out).at("series"))
+        EXPECT_TRUE(series.at("refused").is_null()) << both.out;
     const Outcome open_choice =
         marrow_with({(folder / "scan").string(), "-o", folder / "c.glb", "--only", "liver"});
     EXPECT_EQ(open_choice.code, kGeometry);

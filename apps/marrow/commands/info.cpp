@@ -66,12 +66,17 @@ void write_thumbnail(const Volume& scan, const fs::path& file) {
 }
 
 // Where the segments of a segmentation overlap, the library reads one of its label maps, and the program
-// makes the surfaces of all. So the series is described by the first one. Returns whether this is so.
+// makes the surfaces of all. So no such series is refused for that, and the one that would be read is
+// described by its first map. Returns whether this is so.
 bool describe_all_maps(const fs::path& input, ScanOptions scan, ScanReport& report) {
-    const bool overlap = std::any_of(report.series.begin(), report.series.end(), [](const SeriesReport& s) {
-        return s.volumes.size() > 1 && !s.series.labels.empty();
-    });
-    if (report.chosen || scan.volume || !overlap) return false;
+    if (report.chosen || scan.volume) return false;
+    bool any_overlap = false;
+    for (SeriesReport& s : report.series) {
+        if (s.volumes.size() < 2 || s.series.labels.empty()) continue;
+        s.refusal.reset();
+        any_overlap = true;
+    }
+    if (!any_overlap) return false;
     scan.volume = 0;
     ScanReport first = inspect_scan(input, scan);
     if (!first.chosen || first.series[*first.chosen].series.labels.empty()) return false;
