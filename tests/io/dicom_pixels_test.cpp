@@ -154,6 +154,19 @@ TEST(DicomTable, CtWithoutRescaleWarns) {
     contains(info.warnings[0], "not HU");
 }
 
+TEST(DicomTable, CtInOtherUnitsThanHuWarns) {
+    for (const auto& [type, in_hu] :
+         {std::pair("HU", true), {"US", true}, {"MGML", false}, {"Z_EFF", false}}) {
+        TemporaryFolder folder;
+        write_series(folder, 2, "s", [&, t = type](DicomWriter& s, int) { s.text(0x00281054, "LO", t); });
+        ScanInfo info;
+        read_scan(folder.path(), {}, &info);
+        ASSERT_EQ(info.warnings.size(), in_hu ? 0u : 1u) << type;
+        if (!in_hu) contains(info.warnings[0], std::string("not HU: their unit (RescaleType) is ") + type);
+        EXPECT_EQ(inspect_scan(folder.path()).series.at(0).hounsfield, in_hu) << type;
+    }
+}
+
 TEST(DicomTable, UnusedBitsAreMaskedAndTheSignExtended) {
     TemporaryFolder folder;
     // 12 signed bits in the middle of the cell, bits 2 to 13; the other bits are random.

@@ -62,6 +62,7 @@ void read_frame(DicomFrame& frame, const DicomDataSet& position, const DicomData
     };
     frame.intercept = present(tag::kRescaleIntercept);
     frame.slope = present(tag::kRescaleSlope);
+    frame.rescale_type = rescale.text(tag::kRescaleType);
 }
 
 // The segment that a frame of a segmentation belongs to; 0 if it is not stated.

@@ -25,8 +25,9 @@ struct DicomFrame {
     std::optional<std::array<double, 2>> spacing;  ///< mm between columns and between rows
     std::optional<double> thickness;               ///< mm
     std::optional<double> slope, intercept;        ///< NaN if present but not a number
-    std::optional<double> between;                 ///< SpacingBetweenSlices, mm
-    int segment = 0;                               ///< of a segmentation; 0 if it is not stated
+    std::string rescale_type;       ///< the unit of rescaled values, such as "HU"; may be empty
+    std::optional<double> between;  ///< SpacingBetweenSlices, mm
+    int segment = 0;                ///< of a segmentation; 0 if it is not stated
     VolumeAttributes volume;
 };
 

@@ -5,10 +5,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <string_view>
 #include <type_traits>
 
 #include <marrow/error.h>
@@ -212,6 +214,14 @@ bool is_rescaled(const DicomStack& stack) {
                        [](const DicomSlice& s) { return s.frame().slope.has_value(); });
 }
 
+// What the values of a CT are, if its headers say that they are something else than Hounsfield units. Dual
+// energy has such images.
+std::string other_unit(const DicomStack& stack) {
+    constexpr std::array<std::string_view, 6> kOthers{"OD", "MGML", "Z_EFF", "ED", "EDW", "PCT"};
+    const std::string& type = stack.slices[0].frame().rescale_type;
+    return std::find(kOthers.begin(), kOthers.end(), type) != kOthers.end() ? type : "";
+}
+
 // The padding after rescaling, if all slices agree.
 std::optional<double> padding_of(const DicomStack& stack, SampleType type) {
     std::optional<double> common;
@@ -284,7 +294,9 @@ SeriesReport header_report(const DicomStack& stack) {
     out.kernel = file.kernel;
     out.patient_name = file.patient_name;
     out.oriented = file.frames[0].position && file.frames[0].along_row;
-    if (!file.modality.empty()) out.hounsfield = file.modality == "CT" && is_rescaled(stack);
+    if (!file.modality.empty()) {
+        out.hounsfield = file.modality == "CT" && is_rescaled(stack) && other_unit(stack).empty();
+    }
     return out;
 }
 
@@ -480,6 +492,9 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     }
     if (stack.first().modality == "CT" && !is_rescaled(stack))
         info.warnings.push_back("the CT has no rescale slope: its values are not HU");
+    else if (const std::string unit = other_unit(stack); stack.first().modality == "CT" && !unit.empty())
+        info.warnings.push_back(
+            fmt::format("the CT's values are not HU: their unit (RescaleType) is {}", unit));
 
     Geometry as_stored = stack_geometry.geometry;
     as_stored.dims[2] = static_cast<std::int64_t>(stack.slices.size());

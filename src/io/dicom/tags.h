@@ -69,6 +69,7 @@ inline constexpr DicomTag kPixelRepresentation = 0x00280103;
 inline constexpr DicomTag kPixelPaddingValue = 0x00280120;
 inline constexpr DicomTag kRescaleIntercept = 0x00281052;
 inline constexpr DicomTag kRescaleSlope = 0x00281053;
+inline constexpr DicomTag kRescaleType = 0x00281054;
 inline constexpr DicomTag kModalityLookupTable = 0x00283000;
 inline constexpr DicomTag kPixelMeasures = 0x00289110;
 inline constexpr DicomTag kPixelValueTransformation = 0x00289145;
