@@ -55,6 +55,11 @@ Json bounds(const MeshMeasures& m, Space space) {
     return {Vec3f{-m.upper[0], -m.upper[1], m.lower[2]}, Vec3f{-m.lower[0], -m.lower[1], m.upper[2]}};
 }
 
+// An open surface has none.
+Json volume_of(const MeshMeasures& m) {
+    return m.boundary_edges == 0 ? Json(m.volume) : Json();
+}
+
 Json step_numbers(const StepReport& step) {
     const auto pair = [](auto before, auto after) { return Json{before, after}; };
     const auto distance = [](const std::optional<MeshDistance>& d) {
@@ -66,7 +71,7 @@ Json step_numbers(const StepReport& step) {
             {"components", pair(before.components, after.components)},
             {"boundary_edges", pair(before.boundary_edges, after.boundary_edges)},
             {"nonmanifold_edges", pair(before.nonmanifold_edges, after.nonmanifold_edges)},
-            {"volume_mm3", pair(before.volume, after.volume)},
+            {"volume_mm3", pair(volume_of(before), volume_of(after))},
             {"area_mm2", pair(before.area, after.area)},
             {"deviation_mm", distance(step.deviation)},
             {"moved_mm", distance(step.moved)},
@@ -140,7 +145,7 @@ Json surface_numbers(const Surface& surface, Space space) {
                     {"nonmanifold_edges", m.nonmanifold_edges},
                     {"euler_characteristic", m.euler_characteristic},
                     {"area_mm2", m.area},
-                    {"volume_mm3", m.volume},
+                    {"volume_mm3", volume_of(m)},
                     {"bounds_mm", bounds(m, space)}});
     numbers["trust"] = surface.trust ? trust_numbers(*surface.trust) : Json();
     numbers["thin_walls"] = surface.thin_walls ? thin_wall_numbers(*surface.thin_walls, space) : Json();
@@ -343,7 +348,7 @@ Json level_numbers(const TerrainLevel& level) {
             {"nonmanifold_edges", m.nonmanifold_edges},
             {"euler_characteristic", m.euler_characteristic},
             {"area_mm2", m.area},
-            {"volume_mm3", m.boundary_edges == 0 ? Json(m.volume) : Json()},
+            {"volume_mm3", volume_of(m)},
             {"bounds_mm", {m.lower, m.upper}},
             {"height_error",
              {{"rms_m", info.rms_error},

@@ -76,7 +76,10 @@ std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::s
         pattern = (output / "{name}.stl").string();
     format_of(pattern);
     const bool is_pattern = pattern.find(kNamePlaceholder) != pattern.npos;
-    if (!is_pattern && has_placeholder(pattern))
+    std::string others = pattern;
+    for (std::size_t at; (at = others.find(kNamePlaceholder)) != others.npos;)
+        others.erase(at, kNamePlaceholder.size());
+    if (has_placeholder(others))
         throw UsageError(fmt::format("'{}' has a placeholder that does not exist: the only one is {}",
                                      pattern, kNamePlaceholder));
     for (std::size_t i = 0; i < files.size(); ++i) {

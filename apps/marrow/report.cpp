@@ -33,11 +33,13 @@ void print_text(std::ostream& out, const SurfaceResults& results) {
                 surface.held_back);
         out << trust_lines(surface);
         for (const StepReport& step : surface.steps) {
-            const auto change = [](double before, double after) { return 100 * (after / before - 1); };
-            out << fmt::format("  {:<12}{} of {} triangles, volume {:+.3f} %, area {:+.3f} %",
-                               step.name + ":", step.after.triangles, step.before.triangles,
-                               change(step.before.size.volume, step.after.size.volume),
-                               change(step.before.size.area, step.after.size.area));
+            out << fmt::format("  {:<12}{} of {} triangles", step.name + ":", step.after.triangles,
+                               step.before.triangles);
+            const auto print_change = [&](const char* name, double before, double after) {
+                if (before != 0) out << fmt::format(", {} {:+.3f} %", name, 100 * (after / before - 1));
+            };
+            print_change("volume", step.before.size.volume, step.after.size.volume);
+            print_change("area", step.before.size.area, step.after.size.area);
             if (const auto& moved = step.deviation ? step.deviation : step.moved)
                 out << fmt::format(", moved {:.3g} mm at most and {:.3g} mm on average", moved->max,
                                    moved->mean);

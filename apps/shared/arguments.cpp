@@ -154,12 +154,19 @@ class WordCheck {
                 add_word(*word);
                 continue;
             }
-            const std::string& name = *word;
-            const CLI::Option& option = add_option(name);
-            if (option.get_items_expected_max() == 0 && name.find('=') != name.npos)
+            std::string name = *word;
+            const CLI::Option* option = &add_option(name);
+            // In "-qo FILE", the last one takes the value.
+            while (option->get_items_expected_max() == 0 && !name.starts_with("--") && name.size() > 2) {
+                name.erase(1, 1);
+                option = &add_option(name);
+            }
+            if (option->get_items_expected_max() == 0 && name.find('=') != name.npos)
                 refuse(option_name(name) + " takes no value");
-            if (option.get_items_expected_max() == 0 || has_value_attached(name)) continue;
-            const bool has_next = word + 1 != words.end(), must_have = option.get_expected_min() > 0;
+            if (name.starts_with("--") && name.find('=') == name.size() - 1)
+                refuse(fmt::format("{} needs a value", name));
+            if (option->get_items_expected_max() == 0 || has_value_attached(name)) continue;
+            const bool has_next = word + 1 != words.end(), must_have = option->get_expected_min() > 0;
             if (must_have && !has_next) refuse(name + " needs a value");
             if (must_have && names_option(*(word + 1)))
                 refuse(fmt::format("{} needs a value, but {} follows", name, *(word + 1)));

@@ -143,7 +143,17 @@ TEST_F(CommandLine, RasNegatesXAndY) {
 TEST_F(CommandLine, ClosesTheSurfaceAtTheBorderOfTheScan) {
     write_nrrd(scan, 24, 25, 13, ball(0, 12, 6, 8));
     EXPECT_EQ(extract_json({"-o", mesh, "--isovalue", "0"})["boundary_edges"], 0);
-    EXPECT_GT(extract_json({"-o", mesh, "--isovalue", "0", "--open"})["boundary_edges"], 0);
+    const Json open = extract_json({"-o", mesh, "--isovalue", "0", "--open", "--smooth", "5"});
+    EXPECT_GT(open["boundary_edges"], 0);
+    EXPECT_TRUE(open["volume_mm3"].is_null());
+    EXPECT_EQ(open["steps"][0]["volume_mm3"], Json::parse("[null, null]"));
+}
+
+TEST_F(CommandLine, StatesNoVolumeOfAFlatSurface) {
+    write_nrrd(scan, 8, 9, 10, [](double, double, double z) { return 10 * (z - 4.5); });
+    const Outcome outcome = extract({"-o", mesh, "--isovalue", "0", "--open", "--smooth", "5"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("of 112 triangles, area "), outcome.out.npos) << outcome.out;
 }
 
 TEST_F(CommandLine, KeepsOnlyTheLargestComponent) {

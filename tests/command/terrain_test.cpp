@@ -89,6 +89,7 @@ TEST(TerrainCommand, WritesLevelsWithHalfTheResolutionEach) {
             EXPECT_LT(levels[i]["triangles"], 0.3 * levels[i - 1]["triangles"].get<double>());
         }
     }
+    EXPECT_EQ(terrain_with({grid, "-o", folder / "all.GLB", "--levels", "2"}).code, kOk);
     const std::string only = folder / ("levels/" + std::filesystem::path(grid).stem().string() + ".stl");
     EXPECT_EQ(terrain_with({grid, "-o", folder / "levels"}).code, kOk);
     EXPECT_TRUE(std::filesystem::exists(only)) << "a single surface has the name of the raster";

@@ -109,16 +109,34 @@ TEST_F(Mistake, ReportsAWordThatIsNeitherAFileNorACommand) {
 }
 
 TEST_F(Mistake, ChecksThePatternOfTheOutput) {
-    const Outcome outcome = marrow_with({scan, "--type", "bone", "-o", folder / "{nme}.stl"});
-    EXPECT_EQ(outcome.code, kUsage);
-    EXPECT_NE(outcome.err.find("the only one is {name}"), outcome.err.npos) << outcome.err;
+    for (const char* pattern : {"{nme}.stl", "{name}-{nme}.stl"}) {
+        const Outcome outcome = marrow_with({scan, "--type", "bone", "-o", folder / pattern});
+        EXPECT_EQ(outcome.code, kUsage) << pattern;
+        EXPECT_NE(outcome.err.find("the only one is {name}"), outcome.err.npos) << outcome.err;
+    }
     std::filesystem::create_directory(folder / "bone");
     EXPECT_EQ(marrow_with({scan, "--type", "bone", "-o", folder / "{name}/{name}.stl"}).code, 0);
     EXPECT_TRUE(std::filesystem::exists(folder / "bone/bone.stl"));
-    const Outcome memory =
-        marrow_with({scan, "--isovalue", "5", "--max-memory", "1G", "-o", folder / "a.obj"});
-    EXPECT_EQ(memory.code, kUsage);
-    EXPECT_NE(memory.err.find("--max-memory writes .stl or .ply"), memory.err.npos) << memory.err;
+    for (const char* file : {"a.obj", "a.stl.gz", "a.STL.GZ"}) {
+        const Outcome memory =
+            marrow_with({scan, "--isovalue", "5", "--max-memory", "1G", "-o", folder / file});
+        EXPECT_EQ(memory.code, kUsage) << file;
+        EXPECT_NE(memory.err.find("--max-memory writes .stl or .ply"), memory.err.npos) << memory.err;
+    }
+}
+
+TEST_F(Mistake, TakesLettersTogetherOfWhichTheLastHasAValue) {
+    EXPECT_EQ(marrow_with({scan, "--type", "bone", "-qo", folder / "a=.stl"}).code, 0);
+    EXPECT_EQ(marrow_with({scan, "--type", "bone", "-qo" + (folder / "b.stl").string()}).code, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "a=.stl") && std::filesystem::exists(folder / "b.stl"));
+    EXPECT_EQ(marrow_with({scan, "--type", "bone", "-qx", folder / "c.stl"}).code, kUsage);
+}
+
+TEST_F(Mistake, NamesFilesAsTheyAre) {
+    const std::string file = folder / "options.series.nrrd";
+    std::filesystem::copy(scan, file);
+    const Outcome outcome = marrow_with({file, "--isovalue", "0", "-o", folder / "a.stl", "--volume", "1"});
+    EXPECT_NE(outcome.err.find("options.series.nrrd'"), outcome.err.npos) << outcome.err;
 }
 
 TEST_F(Mistake, SaysWhereTheScanIsIfTheBoxMissesIt) {
@@ -180,6 +198,7 @@ TEST_F(Mistake, SuggestsOptionsAndCommands) {
         {{"--json", "info", scan}, "'info' must come first"},
         {{scan, "--smooth", "-o", "a.stl"}, "--smooth needs a value, but -o follows"},
         {{scan, "-o"}, "-o needs a value"},
+        {{scan, "--isovalue=", "-o", "a.stl"}, "--isovalue= needs a value"},
         {{scan, "other.nrrd", "-o", "a.stl"}, "several inputs"},
         {{"distance", scan, "-o", "a.stl"},
          "'distance': there is no such command, and no such file or folder"},

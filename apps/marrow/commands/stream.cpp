@@ -13,6 +13,7 @@
 #include "outputs.h"
 #include "report.h"
 #include "shared/output_checks.h"
+#include "shared/values.h"
 #include "warnings.h"
 
 namespace marrow::apps {
@@ -47,7 +48,8 @@ void check(const StreamOptions& options) {
     if (options.job.output.mesh.empty()) throw UsageError("--max-memory needs -o OUT.stl or OUT.ply");
     const std::filesystem::path file = file_of(options);
     if (const MeshFormat format = mesh_format(file);
-        (format != MeshFormat::stl && format != MeshFormat::ply) || file.extension() == ".gz")
+        (format != MeshFormat::stl && format != MeshFormat::ply) ||
+        lower_case(file.extension().string()) == ".gz")
         throw UsageError(fmt::format("--max-memory writes .stl or .ply, not '{}'", file.string()));
 }
 

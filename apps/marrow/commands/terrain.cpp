@@ -38,7 +38,7 @@ std::vector<fs::path> level_files(const TerrainCommandOptions& options) {
     if (is_dicom_output(options.output))
         throw UsageError("a .dcm file is about a patient: give another format");
     // A scene keeps the levels apart; in other formats they would overlap.
-    if (is_shared_file(files) && files.front().extension() != ".glb")
+    if (is_shared_file(files) && mesh_format(files.front()) != MeshFormat::glb)
         throw UsageError(fmt::format(
             "the file '{}' can hold only one level: give a .glb file, a folder, or a pattern such "
             "as '{{name}}.stl'",
