@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "decimal_text.h"
+#include "shared/decimal_text.h"
 
 namespace marrow::apps {
 namespace {

@@ -9,9 +9,9 @@
 #include <marrow/mesh_check.h>
 #include <marrow/mesh_io.h>
 
-#include "decimal_text.h"
 #include "json_report.h"
 #include "progress_reporter.h"
+#include "shared/decimal_text.h"
 #include "shared/report_progress.h"
 
 namespace marrow::apps {
