@@ -43,8 +43,8 @@ std::string values_text(const SeriesReport& s, const SampleReport* samples) {
     if (samples == nullptr) return unit;
     if (samples->finite == 0)
         return fmt::format("{}, none finite", sample_text(samples->type, samples->rescale));
-    return fmt::format("{} from {:g} to {:g}, {}", sample_text(samples->type, samples->rescale),
-                       samples->lower, samples->upper, unit);
+    return fmt::format("{} from {} to {}, {}", sample_text(samples->type, samples->rescale),
+                       value_text(samples->lower), value_text(samples->upper), unit);
 }
 
 std::string labels_text(const std::map<std::int64_t, std::int64_t>& labels, const LabelTable& names) {

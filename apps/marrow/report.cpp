@@ -8,13 +8,14 @@
 #include <fmt/format.h>
 
 #include "json_report.h"
+#include "shared/sample_text.h"
 #include "trust_steps.h"
 
 namespace marrow::apps {
 namespace {
 
 std::string source_of(const Surface& surface) {
-    if (!surface.label) return fmt::format("at isovalue {:g}", surface.isovalue);
+    if (!surface.label) return fmt::format("at isovalue {}", value_text(surface.isovalue));
     return fmt::format("of label {}, {}: {:.6g} mm3, {:+.1f} % of its samples", *surface.label, surface.name,
                        surface.label_volume.enclosed_mm3, surface.label_volume.change());
 }

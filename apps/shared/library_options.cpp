@@ -48,7 +48,7 @@ std::string name_flags(std::string message) {
         for (std::size_t at = message.find(option); at != message.npos; at = message.find(option, at)) {
             const std::size_t end = at + option.size();
             // Not within the name of a file.
-            const bool begins = at == 0 || message[at - 1] == ' ' || message[at - 1] == '(';
+            const bool begins = at == 0 || message[at - 1] == ' ';
             if (!begins || (end < message.size() && continues_name(message[end]))) {
                 at = end;
                 continue;

@@ -15,4 +15,10 @@ std::string sample_text(SampleType type, const Rescale& rescale) {
     return text;
 }
 
+std::string value_text(double value) {
+    constexpr double kMostDigits = 1e15;  // beyond these, not every whole number is a double
+    const bool is_whole = std::trunc(value) == value && std::abs(value) < kMostDigits;
+    return is_whole ? fmt::format("{:.0f}", value + 0.0) : fmt::format("{:.7g}", value);
+}
+
 }  // namespace marrow::apps

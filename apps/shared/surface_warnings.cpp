@@ -10,6 +10,8 @@
 #include <marrow/mesh_io.h>
 #include <marrow/volume_filters.h>
 
+#include "sample_text.h"
+
 namespace marrow::apps {
 namespace {
 
@@ -88,16 +90,16 @@ std::optional<std::string> border_warning(double isovalue, const Volume& scan) {
     const Histogram samples = histogram(scan);
     if (samples.counts.empty() || samples.non_finite_samples > 0 || isovalue > samples.lower) return {};
     return fmt::format(
-        "no sample is below isovalue {:g} (they range from {:g} to {:g}), so the surface is the border of "
+        "no sample is below isovalue {} (they range from {} to {}), so the surface is the border of "
         "the scan",
-        isovalue, samples.lower, samples.upper);
+        value_text(isovalue), value_text(samples.lower), value_text(samples.upper));
 }
 
 std::string assumed_hounsfield_warning(ScanFormat format, double lowest_sample) {
     return fmt::format(
         "{} does not say whether this is CT; the samples are assumed to be Hounsfield units because the "
-        "lowest, {:g}, looks like air",
-        scan_format_name(format), lowest_sample);
+        "lowest, {}, looks like air",
+        scan_format_name(format), value_text(lowest_sample));
 }
 
 std::optional<std::string> thin_walls_warning(const ThinWalls& found, bool noise_is_known, double isovalue,
@@ -106,10 +108,10 @@ std::optional<std::string> thin_walls_warning(const ThinWalls& found, bool noise
     const double sign = space == Space::RAS ? -1 : 1;
     const auto& [at, area] = found.walls.front();
     return fmt::format(
-        "{} beside the surface are walls that are too thin for the scan and fall below isovalue {:g}; the "
+        "{} beside the surface are walls that are too thin for the scan and fall below isovalue {}; the "
         "largest has {:.0f} mm2 at {:.1f}, {:.1f}, {:.1f} mm: --keep-thin restores them, --no-alarm does not "
         "look for them{}",
-        thin_walls_text(found), isovalue, area, sign * at[0], sign * at[1], at[2],
+        thin_walls_text(found), value_text(isovalue), area, sign * at[0], sign * at[1], at[2],
         noise_is_known ? "" : "; the noise of the scan is unknown, so some of it may be noise");
 }
 

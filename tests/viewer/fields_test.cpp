@@ -204,6 +204,15 @@ TEST_F(Fields, TheHistogramShowsValuesThatHardlyDiffer) {
     EXPECT_LT(histogram->value_at(300), histogram->value_at(310));
 }
 
+TEST_F(Fields, TheHistogramShowsTheIsovalueWhereverItIsSet) {
+    viewer::HistogramBar* histogram = window->histogram_bar();
+    for (const double isovalue : {5000.0, -3000.0, 0.0}) {
+        session().set_isovalue(isovalue);
+        EXPECT_LE(histogram->value_at(0), isovalue);
+        EXPECT_GE(histogram->value_at(histogram->width()), isovalue);
+    }
+}
+
 // A name that nobody gave follows the isovalue.
 TEST_F(Fields, NamesFollowTheIsovalue) {
     EXPECT_EQ(name()->text(), "surface");

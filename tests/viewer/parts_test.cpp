@@ -268,6 +268,42 @@ TEST(Worker, FrequentRequestsDoNotStarve) {
     EXPECT_EQ(ends, 2);
 }
 
+TEST(Worker, EqualUrgencyDoesNotInterrupt) {
+    std::atomic<int> starts{0}, reports{0};
+    std::atomic<bool> stop{false}, other{false};
+    Worker worker;
+    worker.post({1, 7}, [&](const Progress& job_progress) {
+        ++starts;
+        for (; !stop; ++reports) {
+            apps::report(job_progress, 0);
+            std::this_thread::yield();
+        }
+    });
+    while (starts == 0) std::this_thread::yield();
+    worker.post({1, 3}, [&](const Progress&) { other = true; });
+    const int before = reports;
+    while (starts < 2 && reports < before + 10) std::this_thread::yield();
+    stop = true;
+    while (!other) std::this_thread::yield();
+    EXPECT_EQ(starts, 1);
+}
+
+TEST(Session, ResumesWithTheSurfaceThatWasCurrent) {
+    for (int current = 0; current < 5; ++current) {
+        Session session;
+        session.set_scan(noise({8, 8, 8}, kStraight, 3));
+        Parameters saved = session.parameters();
+        saved.surfaces.resize(5, saved.surfaces.front());
+        for (int i = 0; i < 5; ++i) {
+            saved.surfaces[static_cast<std::size_t>(i)].id = i;
+            saved.surfaces[static_cast<std::size_t>(i)].isovalue = 0.5 * i - 1;
+        }
+        saved.current = current;
+        session.resume(saved, {1, 2, 3});
+        EXPECT_EQ(session.current()->isovalue, 0.5 * current - 1);
+    }
+}
+
 TEST(Session, UndoesEverythingInSteps) {
     Session session;
     session.set_scan(noise({8, 8, 8}, kStraight, 3));

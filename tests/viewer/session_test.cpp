@@ -88,7 +88,6 @@ TEST_F(Sessions, OpenAsTheyWereSaved) {
     EXPECT_FALSE(session().undo_stack().canUndo());
 }
 
-// Those that were saved before these settings existed.
 // "link/.." is the folder above that which the link leads to, and not the folder that holds the link.
 TEST_F(Sessions, KnowTheScanThatWasOpenedThroughALink) {
     std::filesystem::create_directories(folder / "elsewhere" / "deep");
@@ -104,6 +103,7 @@ TEST_F(Sessions, KnowTheScanThatWasOpenedThroughALink) {
     EXPECT_EQ(session().scan()->volume.geometry().dims[0], 20);
 }
 
+// Those that were saved before these settings existed.
 TEST_F(Sessions, OlderOnesHaveTheirOwnColoursAndNoTopology) {
     work();
     ASSERT_TRUE(settle());

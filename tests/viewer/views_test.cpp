@@ -72,6 +72,29 @@ TEST_F(Views, ThePresetsOfTheWindowAreTicked) {
     EXPECT_TRUE(action("window_lung")->isChecked());
 }
 
+TEST_F(Views, ShowWholeNumbersWithAllTheirDigits) {
+    std::vector<std::uint32_t> samples(4 * 5 * 6, 312782546);
+    samples.front() = 1;
+    write_file(folder / "atlas.nrrd",
+               "NRRD0004\ntype: uint32\ndimension: 3\nsizes: 4 5 6\nspacings: 1 1 1\nendian: "
+               "little\nencoding: raw\n\n" +
+                   std::string(reinterpret_cast<const char*>(samples.data()), 4 * samples.size()));
+    ASSERT_TRUE(open(folder / "atlas.nrrd"));
+    for (const Plane plane : kPlanes) EXPECT_EQ(slice(plane)->readout(), "312782546");
+}
+
+TEST_F(Views, AFineWheelMovesTheSlicesByWholeSteps) {
+    viewer::SliceView* axial = slice(Plane::axial);
+    const double before = session().crosshair()[2];
+    const QPoint at = axial->rect().center();
+    for (const double expected : {0, 0, 1, 1, 1, 2}) {
+        QWheelEvent event(at, axial->mapToGlobal(at), {}, {0, 40}, Qt::NoButton, Qt::NoModifier,
+                          Qt::NoScrollPhase, false);
+        QApplication::sendEvent(axial, &event);
+        EXPECT_EQ(std::abs(session().crosshair()[2] - before), expected);
+    }
+}
+
 TEST_F(Views, ShowTheValueUnderThePointerAndTheWindowWhileItIsDragged) {
     viewer::SliceView* axial = slice(Plane::axial);
     EXPECT_EQ(axial->readout(), "905 HU");  // at the crosshair, {23, 23, 12}

@@ -13,6 +13,7 @@
 #include "outputs.h"
 #include "report.h"
 #include "shared/output_checks.h"
+#include "shared/sample_text.h"
 #include "shared/values.h"
 #include "warnings.h"
 
@@ -70,8 +71,8 @@ void run(const StreamOptions& options, const Console& console, const std::atomic
     const auto begin = sink.begin;
     sink.begin = [&](std::uint64_t points, std::uint64_t triangles, bool with_normals) {
         if (triangles == 0)
-            throw EmptySurface(fmt::format("no surface at isovalue {:g}: all samples are on one side of it",
-                                           surface.isovalue));
+            throw EmptySurface(fmt::format("no surface at isovalue {}: all samples are on one side of it",
+                                           value_text(surface.isovalue)));
         surface.in_slabs = {points, triangles};
         begin(points, triangles, with_normals);
     };

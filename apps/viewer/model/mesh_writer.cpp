@@ -52,15 +52,16 @@ QString warnings_of(const std::vector<MeshWriter::File>& files,
         if (warning) lines << QString::fromStdString(apps::name_flags(*warning));
     };
     const ScanInfo& info = source.scan->info;
+    const Histogram samples = source.crop ? histogram(scan) : source.scan->histogram;
     const bool presets = std::any_of(files.begin(), files.end(), [](const MeshWriter::File& file) {
         return find_preset(file.object.name) != nullptr;
     });
     const bool hounsfield = presets || (source.trust && source.scan->hounsfield);
     if (hounsfield && info.series.modality.empty())
-        add(apps::assumed_hounsfield_warning(info.format, source.scan->histogram.lower));
+        add(apps::assumed_hounsfield_warning(info.format, samples.lower));
     for (const MeshWriter::File& file : files)
         for (const std::string& warning : file.shape->warnings) add(warning);
-    add(apps::non_finite_warning(source.scan->histogram.non_finite_samples));
+    add(apps::non_finite_warning(samples.non_finite_samples));
     add(apps::large_coordinates_warning(meshes, scan.geometry()));
     if (!source.open) add(apps::border_warning(lowest, scan));
     for (std::size_t i = 0; i < files.size(); ++i)

@@ -8,6 +8,8 @@
 
 #include <marrow/tissue_presets.h>
 
+#include "shared/decimal_text.h"
+
 namespace marrow::viewer {
 namespace {
 
@@ -82,7 +84,7 @@ double Measurement::value() const {
 }
 
 QString Measurement::text() const {
-    return QString::number(value(), 'f', 1) + (points.size() == 2 ? " mm" : "°");
+    return QString::fromStdString(apps::decimal_text(value(), 1)) + (points.size() == 2 ? " mm" : "°");
 }
 
 const SurfaceParameters* Parameters::find(int id) const {
@@ -126,10 +128,10 @@ void Session::set_scan(std::shared_ptr<const Scan> scan) {
 }
 
 void Session::resume(Parameters parameters, const Vec3d& crosshair) {
+    const int current = parameters.current;  // as in the file
     for (SurfaceParameters& surface : parameters.surfaces) {
-        const bool is_current = surface.id == parameters.current;
+        if (surface.id == current) parameters.current = next_id_;
         surface.id = next_id_++;
-        if (is_current) parameters.current = surface.id;
     }
     undo_.clear();
     parameters_ = std::move(parameters);

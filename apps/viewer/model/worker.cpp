@@ -19,7 +19,7 @@ void Worker::post(Key key, Job job) {
     {
         const std::lock_guard lock(mutex_);
         waiting_[key] = std::move(job);
-        if (running_ && key < *running_) interrupt_ = true;
+        if (running_ && key.urgency < running_->urgency) interrupt_ = true;
     }
     wake_.notify_one();
 }

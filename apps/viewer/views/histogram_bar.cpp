@@ -27,7 +27,7 @@ HistogramBar::HistogramBar(Session& session, QWidget* parent) : QWidget(parent),
         tr("Frequency of the values, on a logarithmic scale.\n"
            "Drag the line or use the arrow and page keys to change the isovalue. Scroll to zoom."));
     connect(&session_, &Session::scan_changed, this, &HistogramBar::follow_scan);
-    connect(&session_, &Session::parameters_changed, this, [this] { update(); });
+    connect(&session_, &Session::parameters_changed, this, &HistogramBar::follow_isovalue);
 }
 
 // Shows the bins of the scan's histogram until finer ones are counted.
@@ -36,11 +36,9 @@ void HistogramBar::follow_scan() {
     const ValueRange range = usual_range(scan->histogram);
     lower_ = range.lower;
     upper_ = range.upper;
-    if (const SurfaceParameters* current = session_.current()) {
-        lower_ = std::min(lower_, current->isovalue);
-        upper_ = std::max(upper_, current->isovalue);
-    }
     distribution_ = Distribution(scan->histogram);
+    isovalue_.reset();
+    follow_isovalue();
     update_bins();
     counting_.post({0, 0}, [this, scan](const Progress&) {
         try {
@@ -57,6 +55,19 @@ void HistogramBar::follow_scan() {
             // The bins of the scan's histogram stay.
         }
     });
+}
+
+// Shows the line of a new isovalue, which may be outside the range on display.
+void HistogramBar::follow_isovalue() {
+    const SurfaceParameters* current = session_.current();
+    const bool is_new = current && isovalue_ != current->isovalue;
+    if (is_new) isovalue_ = current->isovalue;
+    if (is_new && !dragging_ && !(lower_ <= *isovalue_ && *isovalue_ <= upper_)) {
+        lower_ = std::min(lower_, *isovalue_);
+        upper_ = std::max(upper_, *isovalue_);
+        update_bins();
+    }
+    update();
 }
 
 void HistogramBar::update_bins() {

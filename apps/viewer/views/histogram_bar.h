@@ -1,6 +1,8 @@
 /// The histogram of the scan with a line for the isovalue.
 #pragma once
 
+#include <optional>
+
 #include <QPainter>
 #include <QWidget>
 
@@ -38,6 +40,7 @@ class HistogramBar : public QWidget {
 
   private:
     void follow_scan();
+    void follow_isovalue();
     void update_bins();
     /// The nearest isovalue that can be dragged to, or one that many steps from it.
     double on_grid(double value, double steps = 0) const;
@@ -50,7 +53,8 @@ class HistogramBar : public QWidget {
     QRectF plot() const;
 
     Session& session_;
-    double lower_ = 0, upper_ = 1;  // the range on display
+    double lower_ = 0, upper_ = 1;    // the range on display
+    std::optional<double> isovalue_;  // of the current surface when last looked at
     Distribution distribution_;
     Bins bins_;           // on display
     double highest_ = 1;  // log(1 + count) of the fullest bin

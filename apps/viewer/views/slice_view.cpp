@@ -11,6 +11,8 @@
 #include <QWheelEvent>
 
 #include "scene_parts.h"
+#include "shared/decimal_text.h"
+#include "shared/sample_text.h"
 #include "window_presets.h"
 
 namespace marrow::viewer {
@@ -87,7 +89,7 @@ void SliceView::follow_parameters() {
     const SampleBox box = session_.crop();
     for (const SurfaceParameters& surface : p.surfaces) {
         if (!surface.visible) continue;
-        Contour contour{surface.id, surface.isovalue, p.crop, !p.open, p.topology, {}, {}};
+        Contour contour{surface.id, surface.isovalue, p.crop, !p.open, p.topology, p.refined(), {}, {}};
         if (p.refined()) contour.shape = surfaces_.shape(surface.id);
         const auto known = std::find_if(contours_.begin(), contours_.end(),
                                         [&](const Contour& c) { return c.same_source(contour); });
@@ -346,9 +348,19 @@ QString SliceView::value_at(const QPointF& slice_point) const {
     const double u = std::round(slice_point.x()), v = std::round(slice_point.y());
     const auto width = static_cast<double>(slice_.size[0]), height = static_cast<double>(slice_.size[1]);
     if (!(u >= 0 && v >= 0 && u < width && v < height)) return {};
-    const double value = shown()[static_cast<std::size_t>(v * width + u)];
-    const bool mean = !slab_samples_.empty() && slab_.mode == Slab::Mode::mean;
-    return QString::number(value, 'g', mean ? 4 : 6) + (session_.scan()->hounsfield ? " HU" : "");
+    const auto text = [&] {
+        if (!slab_samples_.empty()) {
+            const double value = slab_samples_[static_cast<std::size_t>(v * width + u)];
+            return slab_.mode == Slab::Mode::mean ? QString::number(value, 'g', 4)
+                                                  : QString::fromStdString(apps::value_text(value));
+        }
+        Vec3d index = slice_.to_index({u, v}, session_.crosshair());
+        index[static_cast<std::size_t>(slice_.through)] = static_cast<double>(number_);
+        return QString::fromStdString(
+            apps::value_text(sample_at(session_.scan()->volume, std::llround(index[0]),
+                                       std::llround(index[1]), std::llround(index[2]))));
+    };
+    return text() + (session_.scan()->hounsfield ? " HU" : "");
 }
 
 QString SliceView::readout() const {
@@ -370,7 +382,7 @@ QString SliceView::slab_text() const {
                              geometry.spacing[static_cast<std::size_t>(slice_.through)];
     return QString("%1 %2 mm")
         .arg(slab_.mode == Slab::Mode::mean ? tr("mean") : tr("MIP"))
-        .arg(thickness, 0, 'f', 1);
+        .arg(QString::fromStdString(apps::decimal_text(thickness, 1)));
 }
 
 void SliceView::paint_texts(QPainter& painter) {
@@ -396,7 +408,8 @@ void SliceView::paint_texts(QPainter& painter) {
                                                   : (p[0] < 0 ? "R" : "L");
     constexpr int kNarrow = 200;  // pixels; there is no room for the position next to the name
     if (width() >= kNarrow)
-        write(Qt::AlignTop | Qt::AlignRight, QString("%1 %2 mm").arg(side).arg(std::abs(p[axis]), 0, 'f', 1),
+        write(Qt::AlignTop | Qt::AlignRight,
+              QString("%1 %2 mm").arg(side, QString::fromStdString(apps::decimal_text(std::abs(p[axis]), 1))),
               faint);
     const std::int64_t slices =
         session_.scan()->volume.geometry().dims[static_cast<std::size_t>(slice_.through)];
@@ -507,7 +520,11 @@ void SliceView::wheelEvent(QWheelEvent* event) {
         zoom_about(event->position(), zoom_ * std::pow(1.2, steps));
         emit zoomed(zoom_);
     } else {
-        go(steps > 0 ? std::ceil(steps) : std::floor(steps));
+        // Fine wheels and touchpads send fractions of a step.
+        wheel_ += steps;
+        const double slices = std::trunc(wheel_);
+        wheel_ -= slices;
+        if (slices != 0) go(slices);
     }
     event->accept();
 }

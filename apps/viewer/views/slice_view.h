@@ -90,12 +90,13 @@ class SliceView : public QWidget {
         double isovalue;
         std::optional<SampleBox> crop;
         bool closed, topology;
-        std::shared_ptr<const Shape> shape;  // null if the lines come from the samples
+        bool refined;                        // the lines come from a shape, not from the samples
+        std::shared_ptr<const Shape> shape;  // null if it is not there yet
         QVector<QLineF> lines;
 
         bool same_source(const Contour& o) const {
             return isovalue == o.isovalue && crop == o.crop && closed == o.closed && topology == o.topology &&
-                   shape == o.shape;
+                   refined == o.refined && shape == o.shape;
         }
     };
 
@@ -118,6 +119,7 @@ class SliceView : public QWidget {
     QPointF last_;
     Vec3d before_press_{0, 0, 0};     // the crosshair
     std::optional<QPointF> pointer_;  // in the widget, if the mouse is there
+    double wheel_ = 0;                // the part of a step that the wheel turned since the last slice
 };
 
 }  // namespace marrow::viewer

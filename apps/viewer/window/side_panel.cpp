@@ -16,6 +16,7 @@
 #include <marrow/tissue_presets.h>
 
 #include "crop_section.h"
+#include "shared/decimal_text.h"
 
 namespace marrow::viewer {
 namespace {
@@ -516,14 +517,24 @@ void SidePanel::follow_numbers() {
     numbers_[4]->setText(about + grouped(static_cast<std::int64_t>(shape->mesh->triangles.size())));
     numbers_[5]->setText(
         QString("%1%2 ms").arg(about).arg(shape->milliseconds, 0, 'f', shape->milliseconds < 10 ? 1 : 0));
-    if (!shape->measures) return;  // the old ones stay until then
-    const MeshMeasures& m = *shape->measures;
+    if (shape->measures) {
+        show_measures(*shape->measures, about);
+        show_validity(*shape, failed);
+        measured_ = MeasuredSurface{current->id, *shape->measures};
+    } else if (measured_ && measured_->id == current->id) {
+        show_measures(measured_->measures, "≈ ");  // of the shape before
+    } else {
+        for (std::size_t i = 0; i < 3; ++i) numbers_[i]->setText("–");
+        closedness_->clear();
+    }
+}
+
+void SidePanel::show_measures(const MeshMeasures& m, const QString& about) {
     const bool closed = m.boundary_edges == 0 && m.nonmanifold_edges == 0 && m.triangles > 0;
-    numbers_[0]->setText(closed ? about + QString("%1 mL").arg(m.volume / 1000, 0, 'f', 1)
-                                : tr("not closed"));
-    numbers_[1]->setText(about + QString("%1 cm²").arg(m.area / 100, 0, 'f', 1));
+    const auto text = [](double number) { return QString::fromStdString(apps::decimal_text(number, 1)); };
+    numbers_[0]->setText(closed ? about + text(m.volume / 1000) + " mL" : tr("not closed"));
+    numbers_[1]->setText(about + text(m.area / 100) + " cm²");
     numbers_[2]->setText(about + grouped(m.components));
-    show_validity(*shape, failed);
 }
 
 // Isosurfaces do not intersect themselves, but smoothing and reduction may have made them do so.

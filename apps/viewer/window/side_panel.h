@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include <QCheckBox>
@@ -63,6 +64,7 @@ class SidePanel : public QWidget {
     void add_colouring(QVBoxLayout* layout);
     void add_options(QVBoxLayout* layout);
     void add_refinement(QVBoxLayout* layout);
+    void show_measures(const MeshMeasures& measures, const QString& about);
     void show_validity(const Shape& shape, bool failed);
     void add_measures(QVBoxLayout* layout);
     void add_crop(QVBoxLayout* layout, QAction* whole_scan);
@@ -85,6 +87,11 @@ class SidePanel : public QWidget {
     QCheckBox *open_, *topology_;
     QLabel* closedness_;
     std::array<QLabel*, 6> numbers_{};
+    struct MeasuredSurface {
+        int id;
+        MeshMeasures measures;
+    };
+    std::optional<MeasuredSurface> measured_;  // the last one whose measures were shown
     QListWidget* measurements_;
     QLabel* no_measurements_;
 };

@@ -48,7 +48,7 @@ std::pair<std::uint64_t, std::uint64_t> write_surface(const SliceSource& source,
     sink.begin = [&size, &options, begin = sink.begin](std::uint64_t points, std::uint64_t triangles,
                                                        bool normals) {
         if (triangles == 0)
-            throw EmptySurface(fmt::format("no surface at isovalue {:g}: all samples are on one side of it",
+            throw EmptySurface(fmt::format("no surface at isovalue {}: all samples are on one side of it",
                                            options.isovalue));
         size = {points, triangles};
         begin(points, triangles, normals);
