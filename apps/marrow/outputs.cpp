@@ -76,19 +76,17 @@ std::vector<fs::path> files_for(const fs::path& output, const std::vector<std::s
         pattern = (output / "{name}.stl").string();
     format_of(pattern);
     const bool is_pattern = pattern.find(kNamePlaceholder) != pattern.npos;
-    std::string others = pattern;
-    for (std::size_t at; (at = others.find(kNamePlaceholder)) != others.npos;)
-        others.erase(at, kNamePlaceholder.size());
-    if (has_placeholder(others))
-        throw UsageError(fmt::format("'{}' has a placeholder that does not exist: the only one is {}",
-                                     pattern, kNamePlaceholder));
-    for (std::size_t i = 0; i < files.size(); ++i) {
+    const auto with_name = [&pattern](const std::string& name) {
         std::string file = pattern;
         for (std::size_t at = file.find(kNamePlaceholder); at != file.npos;
-             at = file.find(kNamePlaceholder, at + names[i].size()))
-            file.replace(at, kNamePlaceholder.size(), names[i]);
-        files[i] = file;
-    }
+             at = file.find(kNamePlaceholder, at + name.size()))
+            file.replace(at, kNamePlaceholder.size(), name);
+        return file;
+    };
+    if (has_placeholder(with_name("")))
+        throw UsageError(fmt::format("'{}' has a placeholder that does not exist: the only one is {}",
+                                     pattern, kNamePlaceholder));
+    std::transform(names.begin(), names.end(), files.begin(), with_name);
     if (is_pattern && std::set<fs::path>(files.begin(), files.end()).size() < files.size())
         throw UsageError("two surfaces of the same name would be written to one file: give each only once");
     return files;
@@ -126,18 +124,22 @@ void write_surfaces(const std::vector<Surface>& surfaces, const MeshWriteOptions
 }
 
 void verify_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress) {
-    for (const auto& [file, objects] : objects_by_file(surfaces)) {
-        report(progress, 0);
-        verify(objects, file, space);
+    const auto by_file = objects_by_file(surfaces);
+    const auto files = static_cast<double>(by_file.size());
+    double read = 0;
+    for (const auto& [file, objects] : by_file) {
+        verify(objects, file, space, share_of(progress, read / files, (read + 1) / files));
+        ++read;
     }
 }
 
-void verify(std::span<const MeshObject> objects, const fs::path& file, Space space) {
+void verify(std::span<const MeshObject> objects, const fs::path& file, Space space,
+            const Progress& progress) {
     const auto fail = [&](const std::string& why) {
         throw CheckFailed(fmt::format("'{}' differs from what was written: {}", file.string(), why));
     };
     Space stated = Space::none;
-    const Mesh found = read_mesh(file, &stated);
+    const Mesh found = read_mesh(file, &stated, progress);
     if (stated != space) fail("it states another space");
     std::size_t points = 0, triangles = 0;
     for (const MeshObject& object : objects) {

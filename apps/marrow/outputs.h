@@ -38,7 +38,8 @@ void write_surfaces(const std::vector<Surface>& surfaces, const MeshWriteOptions
 void verify_surfaces(const std::vector<Surface>& surfaces, Space space, const Progress& progress);
 
 /// Reads a file that write_meshes made of `objects` and compares every triangle. \throw CheckFailed it
-/// differs
-void verify(std::span<const MeshObject> objects, const std::filesystem::path& file, Space space);
+/// differs; Cancelled
+void verify(std::span<const MeshObject> objects, const std::filesystem::path& file, Space space,
+            const Progress& progress = {});
 
 }  // namespace marrow::apps

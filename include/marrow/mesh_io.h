@@ -132,8 +132,10 @@ class MARROW_EXPORT MeshFiles {
 ///
 /// `space`, if given, receives the space that the file states; Space::none if it states none, which is read
 /// as LPS. .glb is LPS, unless its extras state none.
-/// \throw InputError the extension is unknown or the file is damaged; IoError; LimitError 2^32 points
-MARROW_EXPORT Mesh read_mesh(const std::filesystem::path& input, Space* space = nullptr);
+/// \throw InputError the extension is unknown or the file is damaged; IoError; LimitError 2^32 points;
+/// Cancelled
+MARROW_EXPORT Mesh read_mesh(const std::filesystem::path& input, Space* space = nullptr,
+                             const Progress& progress = {});
 
 /// One object of a file.
 struct NamedMesh {
@@ -147,7 +149,8 @@ struct NamedMesh {
 /// of their own that may overlap. Objects without triangles are left out. A file whose objects share points,
 /// or do not have them one object after the other, is one mesh, and so is any other file.
 /// \throw as read_mesh
-MARROW_EXPORT std::vector<NamedMesh> read_meshes(const std::filesystem::path& input, Space* space = nullptr);
+MARROW_EXPORT std::vector<NamedMesh> read_meshes(const std::filesystem::path& input, Space* space = nullptr,
+                                                 const Progress& progress = {});
 
 /// Writes a surface in parts, with only one part in memory: .stl and .ply, uncompressed. The file has the
 /// same bytes as from write_mesh. It appears with commit() or not at all.

@@ -12,10 +12,12 @@
 #include <vtkXMLPolyDataReader.h>
 #include <vtkXMLPolyDataWriter.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
 #include <functional>
+#include <map>
 
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
@@ -37,6 +39,14 @@ Mesh ball() {
     g.origin = {3, -40, 100};
     const Volume volume = sampled_in_space<float>(g, sphere({9.613, -33.571, 106.297}, 5.137));
     return extract_isosurface(volume, 0);
+}
+
+// More triangles than are read between two reports of progress.
+Mesh large_mesh() {
+    Random random(3);
+    const Volume volume =
+        sampled<std::int16_t>(grid(24, 25, 23), [&](auto, auto, auto) { return random() % 100; });
+    return extract_isosurface(volume, 49.5, {.closed = true});
 }
 
 vtkNew<vtkPolyData> poly_data(const Mesh& mesh) {
@@ -121,6 +131,47 @@ TEST_F(ReadMesh, StlOfSamplesAtTheIsovalueStaysAManifold) {
         const Mesh joined = read_mesh(folder / "ties.stl");
         EXPECT_EQ(joined.points.size(), mesh.points.size());
         EXPECT_EQ(manifold_fault(joined), "");
+    }
+}
+
+TEST_F(ReadMesh, StlJoinsEqualCornersInTheOrderOfTheFile) {
+    const Mesh noise = large_mesh();
+    Mesh expected;
+    std::map<Vec3f, std::uint32_t> numbers;  // -0 is not before 0
+    for (const Triangle& t : noise.triangles) {
+        Triangle joined{};
+        for (std::size_t c = 0; c < 3; ++c) {
+            const Vec3f& p = noise.points[t[c]];
+            const auto [at, is_new] = numbers.try_emplace(p, static_cast<std::uint32_t>(numbers.size()));
+            if (is_new) expected.points.push_back(p);
+            joined[c] = at->second;
+        }
+        expected.triangles.push_back(joined);
+    }
+    write_mesh(noise, folder / "a.stl");
+    expect_same(read_mesh(folder / "a.stl"), expected);
+
+    const std::string facet = "facet\nvertex 0 -0 0\nvertex 1 0 0\nvertex 0 1 0\nendfacet\n",
+                      next = "facet\nvertex -0 0 -0\nvertex 0 1 0\nvertex -1 0 0\nendfacet\n";
+    EXPECT_EQ(read_mesh(write("b.stl", "solid\n" + facet + next + "endsolid\n")).points.size(), 4u);
+}
+
+TEST_F(ReadMesh, ReportsProgressAndCanBeCancelled) {
+    const Mesh noise = large_mesh();
+    for (const char* name : {"a.ply", "a.obj", "a.vtp", "a.stl", "a.3mf", "a.glb", "a.dcm", "a.obj.gz"}) {
+        write_mesh(noise, folder / name);
+        double last = 0;
+        int calls = 0;
+        const Mesh read = read_mesh(folder / name, nullptr, [&](double fraction) {
+            EXPECT_GE(fraction, last) << name;
+            EXPECT_LE(fraction, 1) << name;
+            last = fraction;
+            ++calls;
+            return true;
+        });
+        EXPECT_EQ(read.triangles.size(), noise.triangles.size()) << name;
+        EXPECT_GE(calls, 2) << name;
+        EXPECT_THROW(read_meshes(folder / name, nullptr, [](double) { return false; }), Cancelled) << name;
     }
 }
 
@@ -277,6 +328,35 @@ TEST_F(ReadMesh, StlMayHaveSeveralSolidsInCapitals) {
     }
     EXPECT_EQ(read_mesh(write("a.stl", second)).triangles.size(), 1u);
     EXPECT_THROW(read_mesh(write("a.stl", first + second.substr(0, second.find("ENDSOLID")))), InputError);
+}
+
+TEST_F(ReadMesh, TextStlMayHaveAnyWhiteSpace) {
+    std::string text = "solid a\n" + stl_facet(3) + stl_facet(3) + "endsolid a\n";
+    const std::size_t first = text.find('\n'), last = text.rfind("endsolid");
+    std::replace(text.begin() + static_cast<std::ptrdiff_t>(first) + 1,
+                 text.begin() + static_cast<std::ptrdiff_t>(last), '\n', ' ');
+    EXPECT_EQ(read_mesh(write("a.stl", text)).triangles.size(), 2u);
+}
+
+TEST_F(ReadMesh, ObjMayBeginWithAByteOrderMarkAndNameFacesFirst) {
+    const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\n", face = "f 1 2 3\n";
+    for (const std::string& text : {"\xEF\xBB\xBF" + points + face, face + points}) {
+        const Mesh read = read_mesh(write("a.obj", text));
+        EXPECT_EQ(read.points.size(), 3u);
+        ASSERT_EQ(read.triangles.size(), 1u);
+        EXPECT_EQ(read.triangles[0], (Triangle{0, 1, 2}));
+    }
+    EXPECT_THROW(read_mesh(write("a.obj", points + "f 1 2 4\n")), InputError);
+    EXPECT_THROW(read_mesh(write("a.obj", "f 1 2 -1\n" + points)), InputError) << "before the first point";
+}
+
+TEST_F(ReadMesh, NamesThatEndWithABackslashComeBackFromObj) {
+    const MeshObject objects[] = {{mesh, "liver\\"}, {mesh, "b"}};
+    write_meshes(objects, folder / "a.obj");
+    const std::vector<NamedMesh> read = read_meshes(folder / "a.obj");
+    ASSERT_EQ(read.size(), 2u);
+    EXPECT_EQ(read[0].name, "liver\\");
+    expect_same(read[0].mesh, mesh);
 }
 
 TEST_F(ReadMesh, RefusesFacetsOfStlThatAreNoTriangles) {

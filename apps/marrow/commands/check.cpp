@@ -133,8 +133,9 @@ CheckedFile check_file(const fs::path& path, const CheckCommandOptions& wanted,
     CheckedFile file{path, {}, {}, {}, {}};
     try {
         reporter.stage("check", [&](const Progress& progress) {
-            std::vector<NamedMesh> meshes = read_meshes(path, &file.space);
-            report(progress, 0);
+            constexpr double kReading = 0.2;  // of the time
+            std::vector<NamedMesh> meshes = read_meshes(path, &file.space, share_of(progress, 0, kReading));
+            const Progress checking = share_of(progress, kReading, 1);
             CheckOptions options;
             options.threads = wanted.threads;
             if (wanted.min_wall > 0) options.min_wall = wanted.min_wall;
@@ -142,13 +143,13 @@ CheckedFile check_file(const fs::path& path, const CheckCommandOptions& wanted,
             std::vector<MeshView> views;
             for (NamedMesh& named : meshes) {
                 const auto step = static_cast<double>(views.size());
-                options.progress = share_of(progress, step / steps, (step + 1) / steps);
+                options.progress = share_of(checking, step / steps, (step + 1) / steps);
                 file.objects.push_back({std::move(named.name), check_mesh(named.mesh, options)});
                 views.push_back(named.mesh);
                 if (file.objects.back().name.empty())
                     file.objects.back().name = fmt::format("object {}", file.objects.size());
             }
-            options.progress = share_of(progress, 0.5, 1);
+            options.progress = share_of(checking, 0.5, 1);
             if (meshes.size() > 1) file.crossings = find_crossings(views, options);
         });
     } catch (const Cancelled&) {

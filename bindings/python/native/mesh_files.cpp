@@ -59,7 +59,8 @@ void write(const std::vector<Surface>& surfaces, const std::filesystem::path& pa
 
 py::tuple read(const std::filesystem::path& path) {
     Space stated = Space::none;
-    Mesh mesh = compute(py::none(), [&](const Progress&) { return read_mesh(path, &stated); });
+    Mesh mesh =
+        compute(py::none(), [&](const Progress& progress) { return read_mesh(path, &stated, progress); });
     const char* name = nullptr;
     for (const auto& [text, space] : kSpaces) {
         if (space == stated) name = text;

@@ -358,15 +358,20 @@ class Assembly {
     std::vector<ObjectStart>& starts_;
 };
 
-// Parses these files of the archive; `visitor(name, file)` returns the visitor of each.
+// Parses these files of the archive; `visitor(name, file)` returns the visitor of each. How far this is
+// remains unknown, but it can be cancelled after each piece.
 template <class Visitor>
-void parse_files(const FileContent& archive, std::set<std::string> names, Visitor visitor) {
+void parse_files(const FileContent& archive, std::set<std::string> names, const Progress& progress,
+                 Visitor visitor) {
     for (ZipReader zip(archive); !names.empty() && zip.next();) {
         if (names.erase(zip.name()) == 0) continue;
         const FileContent file{archive.path / zip.name(), {}};  // for messages
         auto&& receiver = visitor(zip.name(), file);
         XmlParser parser(file, receiver);
-        for (std::string_view piece = zip.piece(); !piece.empty(); piece = zip.piece()) parser.parse(piece);
+        for (std::string_view piece = zip.piece(); !piece.empty(); piece = zip.piece()) {
+            report_progress(progress, 0);
+            parser.parse(piece);
+        }
         parser.finish();
     }
     if (!names.empty()) archive.refuse("the ZIP archive has no file " + quoted(*names.begin()));
@@ -374,13 +379,14 @@ void parse_files(const FileContent& archive, std::set<std::string> names, Visito
 
 }  // namespace
 
-Mesh read_3mf(const FileContent& input, Space& space, std::vector<ObjectStart>& objects) {
+Mesh read_3mf(const FileContent& input, Space& space, std::vector<ObjectStart>& objects,
+              const Progress& progress) {
     RelationsReader relations;
-    parse_files(input, {"_rels/.rels"}, [&](auto&, auto&) -> XmlVisitor& { return relations; });
+    parse_files(input, {"_rels/.rels"}, progress, [&](auto&, auto&) -> XmlVisitor& { return relations; });
     if (relations.root.empty()) input.refuse("the ZIP archive names no 3D model");
     Scene scene;
     const auto add_models = [&](const std::set<std::string>& names) {
-        parse_files(input, names, [&](const std::string& name, const FileContent& file) {
+        parse_files(input, names, progress, [&](const std::string& name, const FileContent& file) {
             return ModelReader(file, name, name == relations.root, scene);
         });
     };

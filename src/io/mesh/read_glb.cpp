@@ -29,8 +29,8 @@ struct Elements {
 
 class GlbReader {
   public:
-    GlbReader(const FileContent& input, std::vector<ObjectStart>& objects)
-        : input_(input), objects_(objects) {
+    GlbReader(const FileContent& input, std::vector<ObjectStart>& objects, const Progress& progress)
+        : input_(input), objects_(objects), reading_(progress) {
         constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBinary = 0x004E4942;
         if (input.bytes.size() < 20 || word(0) != kMagic) input.refuse("is not a .glb file");
         if (word(4) != 2)
@@ -137,6 +137,7 @@ class GlbReader {
             input_.refuse("has points that are not floats, which is not supported");
         const PointRange range{mesh_.points.size(), points.count};
         for (std::uint64_t i = 0; i < points.count; ++i) {
+            reading_(static_cast<double>(bytes_read_), static_cast<double>(buffer_.size()));
             Vec3f p;
             std::memcpy(p.data(), points.begin + i * points.stride, sizeof p);
             mesh_.points.push_back(position(p));
@@ -149,6 +150,7 @@ class GlbReader {
         if (corners.count % 3 != 0) input_.refuse("has an incomplete triangle");
         Triangle triangle{};
         for (std::uint64_t i = 0; i < corners.count; ++i) {
+            reading_(static_cast<double>(bytes_read_), static_cast<double>(buffer_.size()));
             std::uint32_t index = 0;
             std::memcpy(&index, corners.begin + i * corners.stride, size_of(corners.component_type));
             if (index >= points.count)
@@ -199,6 +201,7 @@ class GlbReader {
     static constexpr std::uint64_t kFloat = 5126;
     const FileContent& input_;
     std::vector<ObjectStart>& objects_;
+    ReadingProgress reading_;
     Json json_;
     std::string_view buffer_;
     Mesh mesh_;
@@ -208,8 +211,9 @@ class GlbReader {
 
 }  // namespace
 
-Mesh read_glb(const FileContent& input, Space& space, std::vector<ObjectStart>& objects) {
-    GlbReader reader(input, objects);
+Mesh read_glb(const FileContent& input, Space& space, std::vector<ObjectStart>& objects,
+              const Progress& progress) {
+    GlbReader reader(input, objects, progress);
     Mesh mesh = reader.read();
     if (!reader.names_no_space()) space = Space::LPS;  // glTF defines the orientation of a model
     return mesh;

@@ -17,9 +17,9 @@ using namespace internal::io;
 namespace {
 
 // Reads the STL file in a DICOM object, whose frame of reference is in LPS.
-Mesh read_dicom(const std::filesystem::path& path, Space& space) {
+Mesh read_dicom(const std::filesystem::path& path, Space& space, const Progress& progress) {
     EncapsulatedStl stl = read_encapsulated_stl(path);
-    Mesh mesh = read_stl({path, std::move(stl.bytes)}, space);
+    Mesh mesh = read_stl({path, std::move(stl.bytes)}, space, progress);
     for (Vec3f& p : mesh.points) {
         for (float& coordinate : p) coordinate = static_cast<float>(coordinate * stl.scale);
     }
@@ -27,7 +27,8 @@ Mesh read_dicom(const std::filesystem::path& path, Space& space) {
     return mesh;
 }
 
-Mesh read(const std::filesystem::path& path, Space* stated, std::vector<ObjectStart>& objects) {
+Mesh read(const std::filesystem::path& path, Space* stated, std::vector<ObjectStart>& objects,
+          const Progress& progress) {
     const MeshFormat format = mesh_format(path);
     const FileContent input =
         format == MeshFormat::dicom
@@ -35,13 +36,13 @@ Mesh read(const std::filesystem::path& path, Space* stated, std::vector<ObjectSt
             : read_content(path, is_gzipped(path) ? Compression::zlib : Compression::none);
     Space space = Space::none;
     Mesh mesh;
-    if (format == MeshFormat::stl) mesh = read_stl(input, space);
-    if (format == MeshFormat::ply) mesh = read_ply(input, space);
-    if (format == MeshFormat::obj) mesh = read_obj(input, space, objects);
-    if (format == MeshFormat::vtp) mesh = read_vtp(input, space, objects);
-    if (format == MeshFormat::threemf) mesh = read_3mf(input, space, objects);
-    if (format == MeshFormat::glb) mesh = read_glb(input, space, objects);
-    if (format == MeshFormat::dicom) mesh = read_dicom(path, space);
+    if (format == MeshFormat::stl) mesh = read_stl(input, space, progress);
+    if (format == MeshFormat::ply) mesh = read_ply(input, space, progress);
+    if (format == MeshFormat::obj) mesh = read_obj(input, space, objects, progress);
+    if (format == MeshFormat::vtp) mesh = read_vtp(input, space, objects, progress);
+    if (format == MeshFormat::threemf) mesh = read_3mf(input, space, objects, progress);
+    if (format == MeshFormat::glb) mesh = read_glb(input, space, objects, progress);
+    if (format == MeshFormat::dicom) mesh = read_dicom(path, space, progress);
     check_finite(input, mesh.points);
     if (mesh.points.size() >> 32) throw LimitError(quoted(path) + ": has 2^32 points or more");
     if (space == Space::RAS) {
@@ -90,14 +91,15 @@ Mesh cut_out(const Mesh& mesh, const Part& part) {
 
 }  // namespace
 
-Mesh read_mesh(const std::filesystem::path& path, Space* stated) {
+Mesh read_mesh(const std::filesystem::path& path, Space* stated, const Progress& progress) {
     std::vector<ObjectStart> objects;
-    return read(path, stated, objects);
+    return read(path, stated, objects, progress);
 }
 
-std::vector<NamedMesh> read_meshes(const std::filesystem::path& path, Space* stated) {
+std::vector<NamedMesh> read_meshes(const std::filesystem::path& path, Space* stated,
+                                   const Progress& progress) {
     std::vector<ObjectStart> objects;
-    Mesh all = read(path, stated, objects);
+    Mesh all = read(path, stated, objects, progress);
     if (objects.empty() || objects.front().triangle > 0) objects.insert(objects.begin(), ObjectStart{});
     std::vector<Part> parts;
     std::vector<std::string> names;

@@ -8,6 +8,8 @@ namespace marrow::internal::io {
 
 namespace {
 
+constexpr std::size_t kMostPoints = std::size_t{1} << 32;  // that an index of a triangle can name
+
 // Removes the first line, which a line feed, a carriage return or both end.
 std::string_view take_any_line(std::string_view& text) {
     const auto end = std::find_if(text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; });
@@ -32,14 +34,20 @@ std::string_view take_statement(std::string_view& text, std::string& joined) {
 
 }  // namespace
 
-Mesh read_obj(const FileContent& input, Space& space, std::vector<ObjectStart>& objects) {
+Mesh read_obj(const FileContent& input, Space& space, std::vector<ObjectStart>& objects,
+              const Progress& progress) {
     // Other programs may leave out the last newline, so that their files do not show that they are cut off.
     const bool is_marrows = input.bytes.starts_with("# Marrow ");
     if (is_marrows && !input.bytes.ends_with('\n')) input.refuse("the file is cut off");
     Mesh mesh;
     std::vector<std::int64_t> corners;
     std::string joined;
-    for (std::string_view rest = input.bytes; !rest.empty();) {
+    ReadingProgress reading(progress);
+    const auto size = static_cast<double>(input.bytes.size());
+    std::string_view rest = input.bytes;
+    if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3);  // the byte order mark of UTF-8
+    while (!rest.empty()) {
+        reading(size - static_cast<double>(rest.size()), size);
         const std::string_view line = take_statement(rest, joined);
         if (line.starts_with('#') && space == Space::none) space = stated_space(line);
         const std::vector<std::string_view> w = split(line);
@@ -56,7 +64,13 @@ Mesh read_obj(const FileContent& input, Space& space, std::vector<ObjectStart>& 
             corners.push_back(*index > 0 ? *index - 1
                                          : *index + static_cast<std::int64_t>(mesh.points.size()));
         }
-        add_polygon(input, corners, mesh.points.size(), mesh);
+        // A face may come before its points.
+        add_polygon(input, corners, kMostPoints, mesh);
+    }
+    for (const Triangle& t : mesh.triangles) {
+        for (const std::uint32_t p : t) {
+            if (p >= mesh.points.size()) refuse_missing_point(input, p);
+        }
     }
     if (mesh.points.empty() && !is_marrows) input.refuse("is not an OBJ file, or has no points");
     return mesh;

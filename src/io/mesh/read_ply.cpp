@@ -39,6 +39,7 @@ class Numbers {
     Numbers(const FileContent& input, std::size_t at, Encoding encoding)
         : input_(input), at_(at), encoding_(encoding) {}
 
+    std::size_t at() const { return at_; }
     double next(StoredType type) { return encoding_ == Encoding::text ? next_word() : next_binary(type); }
 
   private:
@@ -139,7 +140,8 @@ void check_elements(const FileContent& input, const std::vector<Element>& elemen
 
 }  // namespace
 
-Mesh read_ply(const FileContent& input, Space& space) {
+Mesh read_ply(const FileContent& input, Space& space, const Progress& progress) {
+    ReadingProgress reading(progress);
     const Header header = parse_header(input, space);
     check_elements(input, header.elements);
     Numbers numbers(input, header.end, header.encoding);
@@ -148,6 +150,7 @@ Mesh read_ply(const FileContent& input, Space& space) {
     for (const Element& element : header.elements) {
         // An element without properties takes no bytes, so its count can be arbitrarily large.
         for (std::int64_t i = 0; i < (element.properties.empty() ? 0 : element.count); ++i) {
+            reading(static_cast<double>(numbers.at()), static_cast<double>(input.bytes.size()));
             Vec3f point{};
             for (const Property& property : element.properties) {
                 if (!property.count) {

@@ -48,15 +48,15 @@ struct Array {
 
 class VtpReader : public XmlVisitor {
   public:
-    VtpReader(const FileContent& input, std::vector<ObjectStart>& objects)
-        : input_(input), parser_(input, *this), objects_(objects) {}
+    VtpReader(const FileContent& input, std::vector<ObjectStart>& objects, const Progress& progress)
+        : input_(input), parser_(input, *this), objects_(objects), reading_(progress) {}
 
     Mesh read(Space& space) {
         parser_.parse(input_.bytes);
         parser_.finish();
         if (!is_file_) input_.refuse("is not a VTK PolyData file");
         if (!space_.type.empty()) space = stated_space("SPACE=" + text_of(values(space_)));
-        const std::string names = text_of(values(names_));
+        const std::vector<std::string> names = names_in(text_of(values(names_)));
         for (const Piece& piece : pieces_) {
             const std::size_t first = mesh_.points.size();
             const std::vector<double> points = values(piece.points);
@@ -65,6 +65,7 @@ class VtpReader : public XmlVisitor {
                 mesh_.points.push_back({static_cast<float>(points[i]), static_cast<float>(points[i + 1]),
                                         static_cast<float>(points[i + 2])});
             add_polygons(piece, names, first);
+            ++pieces_read_;
         }
         return std::move(mesh_);
     }
@@ -143,25 +144,34 @@ class VtpReader : public XmlVisitor {
 
     // Returns the bytes of an array that starts at `text`, in base64 or raw.
     std::string unpack(std::string_view text, bool raw) const {
+        // Appended arrays follow each other: only what belongs to this one is decoded.
+        const auto base64_size = [](std::uint64_t bytes) { return (bytes + 2) / 3 * 4; };
+        const auto decode = [&](std::uint64_t bytes) {
+            return raw ? std::string() : from_base64(text.substr(0, base64_size(bytes)));
+        };
         if (!compressed_) {
-            const std::string decoded = raw ? std::string() : from_base64(text);
+            std::string decoded = decode(word_);
+            const std::uint64_t size = word(raw ? text : std::string_view(decoded), 0);
+            if (size > text.size()) input_.refuse("an array is cut off");
+            decoded = decode(word_ + size);
             const std::string_view bytes = raw ? text : std::string_view(decoded);
-            const std::uint64_t size = word(bytes, 0);
             if (bytes.size() - word_ < size) input_.refuse("an array is cut off");
             return std::string(bytes.substr(word_, size));
         }
         // The header: number of blocks, size of a block, size of the last block, compressed size of each
         // block.
-        const auto base64_size = [](std::uint64_t bytes) { return (bytes + 2) / 3 * 4; };
-        std::string decoded = raw ? std::string() : from_base64(text.substr(0, base64_size(3 * word_)));
+        std::string decoded = decode(3 * word_);
         const std::uint64_t blocks = word(raw ? text : std::string_view(decoded), 0);
         if (blocks > text.size()) input_.refuse("an array is cut off");
         const std::uint64_t header_size = (3 + blocks) * word_;
-        if (!raw) decoded = from_base64(text.substr(0, base64_size(header_size)));
+        decoded = decode(header_size);
         const std::string header(raw ? text.substr(0, header_size) : std::string_view(decoded));
         text.remove_prefix(
             std::min<std::uint64_t>(raw ? header_size : base64_size(header_size), text.size()));
-        if (!raw) decoded = from_base64(text);
+        std::uint64_t compressed_bytes = 0;
+        for (std::uint64_t b = 0; b < blocks; ++b)
+            compressed_bytes += std::min<std::uint64_t>(word(header, 3 + b), text.size());
+        decoded = decode(std::min<std::uint64_t>(compressed_bytes, text.size()));
         std::string_view compressed = raw ? text : std::string_view(decoded);
         std::string bytes;
         for (std::uint64_t b = 0; b < blocks; ++b) {
@@ -171,6 +181,7 @@ class VtpReader : public XmlVisitor {
             if (compressed_size > compressed.size() || size / 1100 > compressed_size)
                 input_.refuse("an array is cut off");
             const std::size_t before = bytes.size();
+            check_expansion(before + size);
             bytes.resize(before + size);
             uLongf found = size;
             const int result = uncompress(reinterpret_cast<Bytef*>(bytes.data() + before), &found,
@@ -179,6 +190,12 @@ class VtpReader : public XmlVisitor {
             compressed.remove_prefix(compressed_size);
         }
         return bytes;
+    }
+
+    // Zlib compresses zeros well: a small file could hold a huge mesh.
+    void check_expansion(std::uint64_t bytes) const {
+        if (unpacked_ + bytes > most_expanded(input_.bytes.size()))
+            input_.refuse("its arrays expand to more than 100 times the size of the file");
     }
 
     std::vector<double> values(const Array& array) {
@@ -205,10 +222,8 @@ class VtpReader : public XmlVisitor {
             text = trimmed(text);
         }
         const std::string bytes = unpack(text, raw);
-        // Pieces can share an array, and zlib compresses zeros well: a small file could hold a huge mesh.
+        check_expansion(bytes.size());  // pieces can share an array
         unpacked_ += bytes.size();
-        if (unpacked_ > most_expanded(input_.bytes.size()))
-            input_.refuse("its arrays expand to more than 100 times the size of the file");
         static constexpr TypeName kNames[] = {
             {"Float32", StoredType::float32},   {"Float64", StoredType::float64},
             {"Int32", StoredType::int32},       {"UInt32", StoredType::uint32},
@@ -233,14 +248,17 @@ class VtpReader : public XmlVisitor {
         return text;
     }
 
-    // The name of a surface: its place among texts that end with 0.
-    static std::string name_of(double surface, std::string_view names) {
-        for (; surface >= 1 && !names.empty(); --surface)
-            names.remove_prefix(std::min(names.find('\0'), names.size() - 1) + 1);
-        return std::string(names.substr(0, names.find('\0')));
+    // Texts that end with 0.
+    static std::vector<std::string> names_in(std::string_view text) {
+        std::vector<std::string> names;
+        while (!text.empty()) {
+            names.emplace_back(text.substr(0, text.find('\0')));
+            text.remove_prefix(std::min(names.back().size() + 1, text.size()));
+        }
+        return names;
     }
 
-    void add_polygons(const Piece& piece, std::string_view names, std::size_t first_point) {
+    void add_polygons(const Piece& piece, const std::vector<std::string>& names, std::size_t first_point) {
         const std::vector<double> connectivity = values(piece.connectivity), offsets = values(piece.offsets),
                                   surfaces = values(piece.surfaces);
         std::vector<std::int64_t> corners;
@@ -248,8 +266,14 @@ class VtpReader : public XmlVisitor {
         const bool separated = surfaces.size() == offsets.size();
         for (std::size_t polygon = 0; polygon < offsets.size(); ++polygon) {
             const double to = offsets[polygon];
-            if (separated && (polygon == 0 || surfaces[polygon] != surfaces[polygon - 1]))
-                objects_.push_back({name_of(surfaces[polygon], names), mesh_.triangles.size()});
+            reading_(pieces_read_ + static_cast<double>(polygon) / static_cast<double>(offsets.size()),
+                     static_cast<double>(pieces_.size()));
+            if (separated && (polygon == 0 || surfaces[polygon] != surfaces[polygon - 1])) {
+                const double surface = surfaces[polygon];
+                const bool is_named = surface >= 0 && surface < static_cast<double>(names.size());
+                objects_.push_back({is_named ? names[static_cast<std::size_t>(surface)] : std::string(),
+                                    mesh_.triangles.size()});
+            }
             if (!(to >= from && to <= static_cast<double>(connectivity.size())))
                 input_.refuse("a polygon's corners are outside the connectivity array");
             corners.clear();
@@ -266,11 +290,13 @@ class VtpReader : public XmlVisitor {
     const FileContent& input_;
     XmlParser parser_;
     std::vector<ObjectStart>& objects_;
+    ReadingProgress reading_;
     std::string section_;  // the current element that holds arrays
     Array* array_ = nullptr;
     Array space_;
     Array names_;  // of the surfaces, each followed by 0
     std::deque<Piece> pieces_;
+    double pieces_read_ = 0;
     Mesh mesh_;
     bool is_file_ = false, compressed_ = false, appended_raw_ = false;
     std::size_t word_ = 4;  // bytes of a length field
@@ -281,8 +307,9 @@ class VtpReader : public XmlVisitor {
 
 }  // namespace
 
-Mesh read_vtp(const FileContent& input, Space& space, std::vector<ObjectStart>& objects) {
-    return VtpReader(input, objects).read(space);
+Mesh read_vtp(const FileContent& input, Space& space, std::vector<ObjectStart>& objects,
+              const Progress& progress) {
+    return VtpReader(input, objects, progress).read(space);
 }
 
 }  // namespace marrow::internal::io

@@ -6,12 +6,15 @@
 
 namespace marrow::internal::io {
 
+void refuse_missing_point(const FileContent& input, std::int64_t point) {
+    input.refuse("a face names point " + std::to_string(point) + ", which is missing");
+}
+
 void add_polygon(const FileContent& input, const std::vector<std::int64_t>& corners, std::size_t points,
                  Mesh& mesh) {
     if (corners.size() < 3) input.refuse("a face has fewer than three corners");
     for (const std::int64_t c : corners) {
-        if (c < 0 || c >= static_cast<std::int64_t>(points))
-            input.refuse("a face names point " + std::to_string(c) + ", which is missing");
+        if (c < 0 || c >= static_cast<std::int64_t>(points)) refuse_missing_point(input, c);
     }
     for (std::size_t i = 2; i < corners.size(); ++i)
         mesh.triangles.push_back({static_cast<std::uint32_t>(corners[0]),

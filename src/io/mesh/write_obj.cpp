@@ -58,8 +58,11 @@ void write_obj(MeshOutput& output, MeshObjects objects) {
     for (std::size_t i = 0; i < objects.size(); ++i) {
         output.set_share(i, objects.size());
         // Without a line of its own, an object would be a part of the one before it.
-        if (objects.size() > 1 || !objects[i].name.empty())
-            output.text("o " + clean_name(name_or_number(objects, i)) + "\n");
+        if (objects.size() > 1 || !objects[i].name.empty()) {
+            const std::string name = clean_name(name_or_number(objects, i));
+            // A backslash at the end would continue the line.
+            output.text("o " + name + (name.ends_with('\\') ? " \n" : "\n"));
+        }
         write_object(output, objects[i].mesh, points, normals);
         points += objects[i].mesh.points.size();
         normals += objects[i].mesh.normals.size();
