@@ -112,7 +112,7 @@ struct SampleReport {
     Rescale rescale;
     double lower = 0, upper = 0;     ///< the range of the finite values
     std::int64_t finite = 0;         ///< samples that are neither NaN nor infinite
-    bool may_be_hounsfield = false;  ///< the format does not say, but the lowest sample looks like air
+    bool may_be_hounsfield = false;  ///< by the headers, or if they do not say, by the lowest sample
     std::map<std::int64_t, std::int64_t> labels;  ///< of a label map: how many samples each has; else empty
 };
 

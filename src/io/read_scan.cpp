@@ -34,6 +34,7 @@ struct Input {
     std::vector<fs::path> files;    // of a folder, only the files of that format
     std::optional<fs::path> named;  // DICOM: the file that stands for its series
     std::vector<fs::path> others;   // DICOM: volumes of other formats in its folder, which are not read
+    std::vector<std::string> warnings = {};
 };
 
 // The share of the progress that the search for files takes.
@@ -67,13 +68,25 @@ fs::path folder_of(const fs::path& file) {
     return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-// The regular files in a folder, in natural order.
-std::vector<fs::path> files_in(const fs::path& folder, bool nested, const Progress& progress) {
-    std::vector<fs::path> out;
+struct FolderContent {
+    std::vector<fs::path> files;    // the regular ones, in natural order
+    std::vector<fs::path> missing;  // links to files that are not there, as git-annex leaves them
+
+    std::vector<std::string> warnings() const {
+        if (missing.empty()) return {};
+        return {
+            fmt::format("{} to files that are missing, for example {}; if they are slices, fetch them first",
+                        count_of(missing.size(), "link"), quoted(missing.front()))};
+    }
+};
+
+FolderContent content_of(const fs::path& folder, bool nested, const Progress& progress) {
+    FolderContent out;
     const auto add = [&](const fs::directory_entry& entry) {
         report_progress(progress, 0);  // a disc may have many files
         std::error_code ignored;
-        if (entry.is_regular_file(ignored)) out.push_back(entry.path());
+        if (entry.is_regular_file(ignored)) out.files.push_back(entry.path());
+        if (entry.is_symlink(ignored) && !entry.exists(ignored)) out.missing.push_back(entry.path());
     };
     try {
         if (nested) {
@@ -84,7 +97,7 @@ std::vector<fs::path> files_in(const fs::path& folder, bool nested, const Progre
     } catch (const fs::filesystem_error& error) {
         fail<IoError>(folder, "cannot be listed: {}", error.code().message());
     }
-    std::sort(out.begin(), out.end(), natural_less);
+    std::sort(out.files.begin(), out.files.end(), natural_less);
     return out;
 }
 
@@ -119,11 +132,14 @@ Input dicom_among(const std::vector<fs::path>& files, const ScanOptions& options
 
 Input identify_folder(const fs::path& folder, const ScanOptions& options) {
     if (is_zarr(folder)) return {ScanFormat::zarr, {folder}, {}, {}};
-    const std::vector<fs::path> all = files_in(folder, true, options.progress);
+    const FolderContent content = content_of(folder, true, options.progress);
+    const std::vector<fs::path>& all = content.files;
     Input input = dicom_among(all, options);
+    input.warnings = content.warnings();
     if (!input.files.empty()) return input;
     const std::vector<fs::path> volumes = std::move(input.others);
-    input = {ScanFormat::slices, files_in(folder, false, {}), {}, {}};
+    const FolderContent direct = content_of(folder, false, {});
+    input = {ScanFormat::slices, direct.files, {}, {}, direct.warnings()};
     std::erase_if(input.files,
                   [](const fs::path& file) { return !is_image_file(read_head(file, kHeadSize)); });
     if (!input.files.empty()) return input;
@@ -161,7 +177,9 @@ Input identify_file(const fs::path& path, const ScanOptions& options) {
     if (!is_dicom(head)) fail<InputError>(path, "is not a DICOM file");
     if (to_lower(path.filename().native()).starts_with("dicomdir"))
         return identify_folder(folder_of(path), options);
-    Input input = dicom_among(files_in(folder_of(path), false, options.progress), options);
+    const FolderContent beside = content_of(folder_of(path), false, options.progress);
+    Input input = dicom_among(beside.files, options);
+    input.warnings = beside.warnings();
     input.others.clear();  // the input is not the folder
     for (const fs::path& file : input.files) {
         std::error_code ignored;
@@ -372,6 +390,7 @@ Volume read_scan(const fs::path& path, const ScanOptions& given, ScanInfo* info)
         found = scan.info(input.format);
         volume = scan.load();
     }
+    found.warnings.insert(found.warnings.begin(), input.warnings.begin(), input.warnings.end());
     if (info) *info = std::move(found);
     return volume;
 }
@@ -419,6 +438,7 @@ ScanReport inspect_scan(const fs::path& path, const ScanOptions& given) {
     check_options(input, path, options);
     if (input.format == ScanFormat::dicom) {
         ScanReport out = inspect_dicom({input.files, input.named}, options);
+        out.warnings.insert(out.warnings.begin(), input.warnings.begin(), input.warnings.end());
         if (!input.others.empty())
             out.warnings.push_back(
                 fmt::format("the folder also holds {} in other formats, for example {}; "
@@ -426,7 +446,7 @@ ScanReport inspect_scan(const fs::path& path, const ScanOptions& given) {
                             count_of(input.others.size(), "volume"), quoted(input.others[0])));
         return out;
     }
-    ScanReport out{input.format, input.files.size(), {}, 0, "there is no other", {}};
+    ScanReport out{input.format, input.files.size(), {}, 0, "there is no other", input.warnings};
     SeriesReport series = report_on(open(input, path, options));
     if (series.refusal) {
         out.chosen.reset();

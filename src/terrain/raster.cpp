@@ -107,8 +107,12 @@ Raster::Raster(const std::filesystem::path& path, std::optional<double> cell, Co
     : path_(path), name_(fmt::format("'{}'", path.string())), should_continue_(std::move(should_continue)) {
     static std::once_flag registered;
     std::call_once(registered, GDALAllRegister);
-    if (!std::filesystem::exists(path)) throw IoError(fmt::format("{}: there is no such file", name_));
-    if (!std::filesystem::is_regular_file(path))
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(path, error);
+    if (status.type() == std::filesystem::file_type::not_found)
+        throw IoError(fmt::format("{}: there is no such file", name_));
+    if (error) throw IoError(fmt::format("cannot open {}: {}", name_, error.message()));
+    if (!std::filesystem::is_regular_file(status))
         throw InputError(fmt::format("{}: is not a regular file", name_));
 
     const QuietErrors errors;

@@ -276,6 +276,7 @@ TEST(Info, FindsGapsTiltAndMissingRescale) {
     json = info({tilt.path()});
     EXPECT_NEAR(json["series"][0]["tilt_degrees"], 14.036, 1e-3);
     EXPECT_EQ(json["series"][0]["hounsfield_units"], false);
+    EXPECT_EQ(json["values"]["may_be_hounsfield_units"], false);
 }
 
 TEST(Info, ASeriesOfSeveralVolumesCanBeRead) {

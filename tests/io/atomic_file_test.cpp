@@ -106,6 +106,18 @@ TEST(AtomicFile, GivesThePermissionsOfANewFile) {
               std::filesystem::status(folder / "b").permissions());
 }
 
+TEST(AtomicFile, KeepsThePermissionsOfTheFileThatItReplaces) {
+    const TemporaryFolder folder;
+    for (const unsigned mode : {0600u, 0640u, 0666u}) {
+        write_file(folder / "a", "old");
+        std::filesystem::permissions(folder / "a", static_cast<std::filesystem::perms>(mode));
+        AtomicFile file(folder / "a");
+        file.commit();
+        EXPECT_EQ(std::filesystem::status(folder / "a").permissions(),
+                  static_cast<std::filesystem::perms>(mode));
+    }
+}
+
 TEST(AtomicFile, RefusesTargetsThatAreNotRegularFiles) {
     const TemporaryFolder folder;
     write_file(folder / "file", "old");

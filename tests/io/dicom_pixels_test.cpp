@@ -152,6 +152,22 @@ TEST(DicomTable, CtWithoutRescaleWarns) {
     EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), {}, &info)), volume_samples(2));
     ASSERT_EQ(info.warnings.size(), 1u);
     contains(info.warnings[0], "not HU");
+    EXPECT_EQ(inspect_scan(folder.path()).series.at(0).warnings, info.warnings);
+}
+
+TEST(DicomTable, IntegersOf32BitsKeepAllDigits) {
+    TemporaryFolder folder;
+    std::vector<double> expected;
+    for (int k = 0; k < 2; ++k) {
+        DicomWriter s = slice(k, 2.0 * k);
+        std::vector<std::int32_t> samples;
+        for (int i = 0; i < columns * rows; ++i) samples.push_back(16777217 + 6 * k + i);
+        s.pixels(columns, rows, samples);
+        s.pixel_format(32, 32, true);
+        s.write(folder / std::to_string(k));
+        expected.insert(expected.end(), samples.begin(), samples.end());
+    }
+    EXPECT_EQ(samples_of<double>(read_scan(folder.path())), expected);
 }
 
 TEST(DicomTable, CtInOtherUnitsThanHuWarns) {

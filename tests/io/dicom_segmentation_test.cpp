@@ -58,6 +58,20 @@ TEST(DicomSegmentation, SegmentsThatOverlapAreSeveralMaps) {
     contains(refusal<OptionError>(folder / "seg.dcm", options), "has no volume 2");
 }
 
+// Few frames, far apart, make many slices, and each segment that overlaps another a map of them.
+TEST(DicomSegmentation, TooManyMapsForTheFramesAreRefused) {
+    TemporaryFolder folder;
+    constexpr int kSide = 300;
+    std::vector<SegmentFrame> frames{{1, 499.75, std::vector<std::uint8_t>(6, 1)}};
+    for (int segment = 1; segment <= 2; ++segment)
+        frames.push_back({segment, 0, std::vector<std::uint8_t>(6, 1)});
+    DicomWriter file = segmentation(frames, "FRACTIONAL");
+    file.pixels(kSide, kSide, std::vector<std::uint8_t>(frames.size() * kSide * kSide, 255));
+    file.text(0x00280008, "IS", std::to_string(frames.size()));
+    file.write(folder / "seg.dcm");
+    contains(refusal<LimitError>(folder / "seg.dcm"), "2 label maps");
+}
+
 TEST(DicomSegmentation, IsToldFromScansInAFolderToo) {
     TemporaryFolder folder;
     write_series(folder, 3, "scan/s");

@@ -36,6 +36,35 @@ TEST(DicomTable, SliceOrderComesFromPositionsNotFromNames) {
     EXPECT_TRUE(info.warnings.empty()) << info.warnings[0];
 }
 
+// A slice that one file stands for may be in a series of its own, because it does not fit to the others.
+TEST(DicomTable, ImagesOfTheSeriesThatAreNotReadAreWarnedOf) {
+    const auto warnings_of = [](const fs::path& input) {
+        ScanInfo info;
+        read_scan(input, {}, &info);
+        const ScanReport report = inspect_scan(input);
+        EXPECT_EQ(report.series.at(report.chosen.value()).warnings, [&] {
+            std::vector<std::string> of_series = info.warnings;
+            std::erase_if(of_series, [](const std::string& w) { return w.ends_with("skipped"); });
+            return of_series;
+        }());
+        return info.warnings;
+    };
+    TemporaryFolder folder;
+    write_series(folder, 6);
+    EXPECT_TRUE(warnings_of(folder.path()).empty());
+    DicomWriter odd = slice(6, 12);
+    odd.spacing("0.5\\0.25");
+    odd.write(folder / "slice6");
+    for (const fs::path& input : {folder / "slice0", folder.path()}) {
+        const std::vector<std::string> warnings = warnings_of(input);
+        ASSERT_FALSE(warnings.empty());
+        contains(warnings.back(), "1 more image of the same series (SeriesInstanceUID), for example '");
+    }
+    odd.text(0x00080008, "CS", "DERIVED\\LOCALIZER");
+    odd.write(folder / "slice6");
+    EXPECT_TRUE(warnings_of(folder / "slice0").empty()) << "a scout";
+}
+
 TEST(DicomTable, PixelSpacingIsRowThenColumn) {
     TemporaryFolder folder;
     write_series(folder, 3, "s", [](DicomWriter& s, int) { s.spacing("0.5\\0.25"); });
@@ -67,27 +96,19 @@ TEST(DicomTable, UnevenSlicesAreRefusedByName) {
     contains(what, "4 mm");
 }
 
-TEST(DicomTable, UnevennessCountsFromAHundredthOfAMillimetre) {
-    for (const auto& [shift, good] : {std::pair(0.004, true), std::pair(0.02, false)}) {
+TEST(DicomTable, UnevennessCountsFromAHundredthOfAMillimetreOrOfTheGap) {
+    struct Slices {
+        double gap, shift;
+        bool good;
+    };
+    for (const auto& [gap, shift, good] :
+         {Slices{2, 0.004, true}, {2, 0.02, false}, {0.1, 0.0008, true}, {0.1, 0.0012, false}}) {
         TemporaryFolder folder;
-        write_series(folder, 5, "s", [&, s = shift](DicomWriter& w, int k) {
-            w.position("0\\0\\" + std::to_string(2.0 * k + (k == 2 ? s : 0)));
+        write_series(folder, 5, "s", [g = gap, s = shift](DicomWriter& w, int k) {
+            w.position("0\\0\\" + std::to_string(g * k + (k == 2 ? s : 0)));
         });
         if (good)
-            EXPECT_NEAR(read_scan(folder.path()).geometry().spacing[2], 2, 1e-9);
-        else
-            contains(refusal<GeometryError>(folder.path()), "uneven");
-    }
-}
-
-TEST(DicomTable, UnevennessOfThinSlicesCountsFromAHundredthOfTheirGap) {
-    for (const auto& [shift, good] : {std::pair(0.0008, true), std::pair(0.0012, false)}) {
-        TemporaryFolder folder;
-        write_series(folder, 5, "s", [&, s = shift](DicomWriter& w, int k) {
-            w.position("0\\0\\" + std::to_string(0.1 * k + (k == 2 ? s : 0)));
-        });
-        if (good)
-            EXPECT_NEAR(read_scan(folder.path()).geometry().spacing[2], 0.1, 1e-9);
+            EXPECT_NEAR(read_scan(folder.path()).geometry().spacing[2], gap, 1e-9);
         else
             contains(refusal<GeometryError>(folder.path()), "uneven");
     }

@@ -175,6 +175,22 @@ TEST(DicomVolumes, TimesThatDifferFromSliceToSliceCountByTheirOrder) {
                    {"trigger time 0 to 0 ms", "trigger time 30 to 33 ms", "trigger time 60 to 66 ms"});
 }
 
+// Each time is that of one slice, which is no volume.
+TEST(DicomVolumes, TwoPositionsSufficeForTheOrderOfTimes) {
+    TemporaryFolder folder;
+    for (int volume = 0; volume < 2; ++volume) {
+        for (int k = 0; k < 2; ++k) {
+            DicomWriter s = slice(k, 2.0 * k);
+            s.text(0x00181060, "DS", std::to_string(10 + 30 * volume + k));
+            s.write(folder / (std::to_string(volume) + "-" + std::to_string(k)));
+        }
+    }
+    ScanOptions options;
+    options.volume = 1;
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(folder.path(), options)), volume_samples(2));
+    EXPECT_EQ(inspect_scan(folder.path()).series.at(0).volume_count, 2);
+}
+
 TEST(DicomVolumes, InstancesNumberedVolumeByVolumeTellThemApartWithAWarning) {
     TemporaryFolder folder;
     write_volumes(folder, 2, [](DicomWriter& s, int volume, int k) {

@@ -55,6 +55,26 @@ TEST(ImageStack, WarnsWhereTheNumbersOfSlicesSkip) {
     EXPECT_TRUE(warnings_for({"2.png", "4.png", "6.png"}).empty()) << "evenly";
     EXPECT_TRUE(warnings_for({"a.png", "b.png", "d.png", "d2.png"}).empty()) << "without numbers";
     EXPECT_TRUE(warnings_for({"1.png"}).empty());
+    // One name that does not fit hides no gap.
+    const auto other = warnings_for({"average.png", "s1.png", "s2.png", "s5.png", "s6.png"});
+    ASSERT_EQ(other.size(), 2u);
+    contains(other[0], "'average.png' and 's1.png' are named differently");
+    contains(other[1], "grow by 3 from 's2.png' to 's5.png' and by 1 elsewhere");
+}
+
+// As git-annex leaves what it has not fetched.
+TEST(ImageStack, LinksThatLeadNowhereAreWarnedOf) {
+    const TemporaryFolder folder;
+    for (const char* name : {"s1.png", "s2.png"})
+        write_file(folder / name, png(2, 1, std::vector<std::uint16_t>{1, 2}));
+    fs::create_symlink("nowhere", folder / "s3.png");
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    ScanInfo info;
+    EXPECT_EQ(read_scan(folder.path(), options, &info).geometry().dims[2], 2);
+    ASSERT_EQ(info.warnings.size(), 1u);
+    contains(info.warnings[0], "1 link to files that are missing, for example");
+    EXPECT_EQ(inspect_scan(folder.path(), options).warnings, info.warnings);
 }
 
 TEST(ImageStack, EightBitsAndColour) {
@@ -249,6 +269,21 @@ TEST(ImageStack, TiffPagesOfSeveralChannelsOrTimesAreRefused) {
         SCOPED_TRACE(description);
         EXPECT_EQ(read_scan(described_tiff(folder / "t.tif", 8, description), options).geometry().dims[2], 8);
     }
+}
+
+// ImageJ has no signed samples: it states what is to be added.
+TEST(ImageStack, TiffOfCalibratedValuesIsRefused) {
+    const TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    const auto calibrated = [&](const std::string& by) {
+        return described_tiff(folder / "t.tif", 2, "ImageJ=1.53t\nimages=2\nslices=2\n" + by);
+    };
+    contains(refusal<InputError>(calibrated("cf=0\nc0=-32768.0\nc1=1.0\nvunit=gray\n"), options),
+             "ImageJ's calibration");
+    refusal<InputError>(calibrated("c1=0.5\n"), options);
+    EXPECT_EQ(read_scan(calibrated("cf=0\nc0=0.0\nc1=1.0\n"), options).geometry().dims[2], 2);
+    EXPECT_EQ(read_scan(calibrated("min=0.0\nmax=255.0\n"), options).geometry().dims[2], 2);
 }
 
 // Beyond 4 GiB, ImageJ describes the first image alone. A page that another program took out of a stack still

@@ -2,6 +2,7 @@
 #include "info.h"
 
 #include <algorithm>
+#include <optional>
 #include <ostream>
 
 #include <vtkImageData.h>
@@ -34,7 +35,8 @@ void add_labels(const Volume& map, SampleReport& report) {
     }
 }
 
-SampleReport report_on(const Volume& scan, const ScanInfo& info) {
+// `hounsfield` is what the headers say about the unit.
+SampleReport report_on(const Volume& scan, const ScanInfo& info, const std::optional<bool>& hounsfield) {
     SampleReport report;
     report.type = scan.type();
     report.rescale = scan.rescale();
@@ -42,8 +44,8 @@ SampleReport report_on(const Volume& scan, const ScanInfo& info) {
     report.lower = samples.lower;
     report.upper = samples.upper;
     report.finite = scan.geometry().sample_count() - samples.non_finite_samples;
-    report.may_be_hounsfield =
-        report.finite > 0 && presets_apply(info.series.modality, info.format, samples.lower);
+    report.may_be_hounsfield = report.finite > 0 && hounsfield.value_or(presets_apply(
+                                                        info.series.modality, info.format, samples.lower));
     const bool is_map =
         info.series.modality.empty() ? looks_like_label_map(scan) : !info.series.labels.empty();
     if (is_map) add_labels(scan, report);
@@ -103,7 +105,10 @@ void inspect(const InfoCommandOptions& options, const ProgressReporter& reporter
         ScanInfo info;
         if (all_maps) scan.volume = 0;
         const Volume volume = read_scan(finding.input, scan, &info);
-        if (is_chosen) finding.samples = report_on(volume, info);
+        if (is_chosen) {
+            const ScanReport& report = *finding.report;
+            finding.samples = report_on(volume, info, report.series[*report.chosen].hounsfield);
+        }
         for (std::int64_t map = 1; all_maps && map < info.volumes; ++map) {
             scan.volume = map;
             add_labels(read_scan(finding.input, scan), *finding.samples);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <marrow/atomic_file.h>
@@ -70,6 +71,10 @@ AtomicFile::AtomicFile(const fs::path& target) : named_(target) {
         descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (descriptor_ < 0 && errno != EEXIST) fail(errno);
     }
+    // What nobody else could read stays so. The owner may write: other processes may do it. File systems
+    // without permissions refuse this.
+    if (fs::exists(status))
+        ::fchmod(descriptor_, (static_cast<mode_t>(status.permissions()) & 0777) | S_IWUSR);
 }
 
 AtomicFile::~AtomicFile() {

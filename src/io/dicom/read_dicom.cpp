@@ -112,8 +112,17 @@ bool rescale(const std::int32_t* from, std::size_t count, const Rescale& by, int
     return rescale(from, count, m, b, to);
 }
 
-// Decodes the slices into `volume` and reports progress from `begin` to 1. If the volume has 16 bits and a
-// value does not fit, it stops and returns the progress so far.
+// Whether all values are integers.
+bool is_integral(const DicomStack& stack) {
+    return std::all_of(stack.slices.begin(), stack.slices.end(), [](const DicomSlice& s) {
+        const auto [slope, intercept] = rescale_of(s);
+        return slope == std::floor(slope) && intercept == std::floor(intercept) && std::abs(slope) < 32768 &&
+               std::abs(intercept) < 1e9;
+    });
+}
+
+// Decodes the slices into `volume` and reports progress from `begin` to 1. If an integer does not fit into
+// the type of the volume, it stops and returns the progress so far.
 std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& options, double begin,
                                   Volume& volume) {
     // A file with many frames is decoded once.
@@ -123,6 +132,7 @@ std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& op
                                                                                    slices_of.end());
 
     const std::size_t area = static_cast<std::size_t>(volume.geometry().dims[0] * volume.geometry().dims[1]);
+    const bool integral = is_integral(stack);
     std::atomic<bool> fits = true;
     double reached = begin;
     const Progress progress = [&](double fraction) {
@@ -142,8 +152,16 @@ std::optional<double> load_slices(const DicomStack& stack, const ScanOptions& op
             const int bits = slice.file->bits_stored;
             if (volume.type() == SampleType::float32) {
                 float* to = volume.samples<float>() + k * area;
-                for (std::size_t j = 0; j < area; ++j)
-                    to[j] = static_cast<float>(by.slope * from[j] + by.intercept);
+                bool exact = true;
+                for (std::size_t j = 0; j < area; ++j) {
+                    const double value = by.slope * from[j] + by.intercept;
+                    to[j] = static_cast<float>(value);
+                    exact &= static_cast<double>(to[j]) == value;
+                }
+                if (integral && !exact) fits = false;
+            } else if (volume.type() == SampleType::float64) {
+                double* to = volume.samples<double>() + k * area;
+                for (std::size_t j = 0; j < area; ++j) to[j] = by.slope * from[j] + by.intercept;
             } else if (volume.type() == SampleType::int16) {
                 if (!rescale(from, area, by, bits, volume.samples<std::int16_t>() + k * area)) fits = false;
             } else {
@@ -169,6 +187,13 @@ std::optional<SampleType> kept_type(const DicomStack& stack) {
     if (fit_int16) return SampleType::int16;
     if (fit_uint16) return SampleType::uint16;
     return {};
+}
+
+// The type that a volume has if the samples are kept as stored; nothing if they cannot be. Between uneven
+// slices, values are interpolated.
+std::optional<SampleType> type_to_keep(const DicomStack& stack, const StackGeometry& geometry,
+                                       const ScanOptions& options) {
+    return options.keep_stored && geometry.uneven.empty() ? kept_type(stack) : std::nullopt;
 }
 
 // Interpolates linearly between slices at `positions`, which are fractional indices along the third axis of
@@ -197,10 +222,12 @@ Volume resampled(const Volume& uneven, const std::vector<double>& positions, con
 }
 
 Volume resampled_if_uneven(Volume volume, const StackGeometry& stack_geometry) {
-    if (stack_geometry.uneven.empty()) return volume;
-    return volume.type() == SampleType::int16
-               ? resampled<std::int16_t>(volume, stack_geometry.uneven, stack_geometry.geometry)
-               : resampled<float>(volume, stack_geometry.uneven, stack_geometry.geometry);
+    const std::vector<double>& positions = stack_geometry.uneven;
+    const Geometry& even = stack_geometry.geometry;
+    if (positions.empty()) return volume;
+    if (volume.type() == SampleType::int16) return resampled<std::int16_t>(volume, positions, even);
+    if (volume.type() == SampleType::float32) return resampled<float>(volume, positions, even);
+    return resampled<double>(volume, positions, even);
 }
 
 void check_supported(const DicomStack& stack) {
@@ -214,8 +241,7 @@ bool is_rescaled(const DicomStack& stack) {
                        [](const DicomSlice& s) { return s.frame().slope.has_value(); });
 }
 
-// What the values of a CT are, if its headers say that they are something else than Hounsfield units. Dual
-// energy has such images.
+// The unit of a CT's values, if its headers state another one than HU, as those of dual energy can.
 std::string other_unit(const DicomStack& stack) {
     constexpr std::array<std::string_view, 6> kOthers{"OD", "MGML", "Z_EFF", "ED", "EDW", "PCT"};
     const std::string& type = stack.slices[0].frame().rescale_type;
@@ -294,9 +320,8 @@ SeriesReport header_report(const DicomStack& stack) {
     out.kernel = file.kernel;
     out.patient_name = file.patient_name;
     out.oriented = file.frames[0].position && file.frames[0].along_row;
-    if (!file.modality.empty()) {
+    if (!file.modality.empty())
         out.hounsfield = file.modality == "CT" && is_rescaled(stack) && other_unit(stack).empty();
-    }
     return out;
 }
 
@@ -334,6 +359,11 @@ StackGeometry prepare(DicomStack& stack, const ScanOptions& options, SeriesInfo&
     drop_duplicates(stack, warnings, step);
     StackGeometry out = geometry_of(stack, options);
     for (const DicomSlice& s : stack.slices) rescale_of(s);
+    const bool is_ct = stack.first().modality == "CT";
+    if (is_ct && !is_rescaled(stack))
+        warnings.push_back("the CT has no rescale slope: its values are not HU");
+    else if (const std::string unit = other_unit(stack); is_ct && !unit.empty())
+        warnings.push_back(fmt::format("the CT's values are not HU: their unit (RescaleType) is {}", unit));
     warnings.insert(warnings.end(), out.warnings.begin(), out.warnings.end());
     info.dims = out.geometry.dims;
     info.spacing = out.geometry.spacing;
@@ -357,6 +387,7 @@ SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
         const DicomSlice& middle = volume.slices[volume.slices.size() / 2];
         out.middle_slices.push_back({middle.file->path, middle.index});
     }
+    SampleType type = SampleType::int16;  // unless a value does not fit
     for (const auto& [slice, length] : uneven_gaps(stack))
         out.gaps.push_back(fmt::format("{:.4g} mm between {} and {}", length, stack.slices[slice].name(),
                                        stack.slices[slice + 1].name()));
@@ -365,6 +396,7 @@ SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
                                                [&](double) { report_progress(options.progress, 0); });
         out.geometry = prepared.geometry;
         out.tilt = prepared.tilt;
+        if (!type_to_keep(stack, prepared, options) && !is_integral(stack)) type = SampleType::float32;
     } catch (const InputError& error) {
         refusal = error.what();
     }
@@ -373,7 +405,7 @@ SeriesReport report_on(DicomSeries& series, const ScanOptions& options) {
     if (*std::min_element(spacing.begin(), spacing.end()) > 0)
         out.smallest_feature = 2 * *std::max_element(spacing.begin(), spacing.end());
     out.memory = static_cast<std::uint64_t>(out.series.dims[0] * out.series.dims[1] * out.series.dims[2]) *
-                 sample_size(SampleType::int16);
+                 sample_size(type);
     return out;
 }
 
@@ -421,6 +453,9 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
         out.reason = *headers.damage;
     } else if (choice.candidates.size() == 1) {
         const auto at = static_cast<std::size_t>(choice.candidates[0] - headers.series.data());
+        if (const std::string warning = images_left_out(*choice.candidates[0], headers);
+            !options.series && !warning.empty())
+            out.series[at].warnings.push_back(warning);
         if (const auto& refusal = out.series[at].refusal)
             out.reason = *refusal;
         else
@@ -465,6 +500,8 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     DicomSeries& series = only_candidate(choice, headers);
     if (headers.damage) throw InputError(*headers.damage);
     if (choice.skips_single_images) info.warnings.push_back(choice.reason);
+    if (const std::string warning = images_left_out(series, headers); !options.series && !warning.empty())
+        info.warnings.push_back(warning);
     if (series.first().segmentation) {
         check_supported(series.volumes[0]);
         LabelMaps maps = read_label_maps(series.first(), options);
@@ -484,34 +521,22 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
         report_progress(options.progress, kHeadersDone);
     });
 
-    bool integral = true;
-    for (const DicomSlice& s : stack.slices) {
-        const auto [slope, intercept] = rescale_of(s);
-        integral &= slope == std::floor(slope) && intercept == std::floor(intercept) &&
-                    std::abs(slope) < 32768 && std::abs(intercept) < 1e9;
-    }
-    if (stack.first().modality == "CT" && !is_rescaled(stack))
-        info.warnings.push_back("the CT has no rescale slope: its values are not HU");
-    else if (const std::string unit = other_unit(stack); stack.first().modality == "CT" && !unit.empty())
-        info.warnings.push_back(
-            fmt::format("the CT's values are not HU: their unit (RescaleType) is {}", unit));
-
     Geometry as_stored = stack_geometry.geometry;
     as_stored.dims[2] = static_cast<std::int64_t>(stack.slices.size());
     double begin = kHeadersDone;
-    // Between uneven slices, values are interpolated.
-    const bool may_keep = options.keep_stored && stack_geometry.uneven.empty();
-    const std::optional<SampleType> kept = may_keep ? kept_type(stack) : std::nullopt;
-    if (integral || kept) {
-        Volume volume(as_stored, kept.value_or(SampleType::int16));
-        if (kept) volume.set_rescale(rescale_of(stack.slices[0]));
+    const std::optional<SampleType> kept = type_to_keep(stack, stack_geometry, options);
+    // Each holds integers that the one before does not, and the last holds all.
+    std::vector<SampleType> types{SampleType::float32, SampleType::float64};
+    if (kept || is_integral(stack)) types.insert(types.begin(), kept.value_or(SampleType::int16));
+    Volume volume;
+    for (const SampleType type : types) {
+        volume = Volume();  // frees it
+        volume = Volume(as_stored, type);
+        if (type == kept) volume.set_rescale(rescale_of(stack.slices[0]));
         const std::optional<double> reached = load_slices(stack, options, begin, volume);
-        info.padding = padding_of(stack, volume.type());
-        if (!reached) return resampled_if_uneven(std::move(volume), stack_geometry);
+        if (!reached) break;
         begin = *reached;
     }
-    Volume volume(as_stored, SampleType::float32);
-    load_slices(stack, options, begin, volume);
     info.padding = padding_of(stack, volume.type());
     return resampled_if_uneven(std::move(volume), stack_geometry);
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 #include <utility>
@@ -15,6 +16,7 @@
 
 #include "base/progress.h"
 #include "io/bytes/text.h"
+#include "io/scan/parallel_slices.h"
 #include "stack.h"
 #include "tags.h"
 
@@ -146,10 +148,23 @@ Volume stored_map(const FrameGrid& grid, const std::int32_t* stored, std::size_t
     return out;
 }
 
-// Puts a segment into the first map where it meets no other. The samples from `least` on belong to it.
+// A small file with segments that overlap could make very many large maps.
+void check_size(const DicomFile& file, const FrameGrid& grid, std::size_t maps) {
+    constexpr double kAlwaysFits = 1 << 28, kMostExpansion = 16;  // samples; maps for each frame's samples
+    const double stored =
+                     static_cast<double>(file.columns * file.rows) * static_cast<double>(file.frames.size()),
+                 needed = static_cast<double>(maps) * static_cast<double>(grid.geometry.sample_count());
+    if (needed > std::max(kAlwaysFits, kMostExpansion * stored))
+        fail<LimitError>(
+            file.path, "has overlapping segments that need {} label maps or more, too many for its {} frames",
+            maps, file.frames.size());
+}
+
+// Puts a segment into the first map where it meets no other. The samples from `least` on belong to it. Calls
+// `step` after each frame.
 template <class T>
 void add_segment(const DicomFile& file, const FrameGrid& grid, const std::int32_t* stored, int segment,
-                 std::int32_t least, LabelMaps& out) {
+                 std::int32_t least, const std::function<void()>& step, LabelMaps& out) {
     const auto area = static_cast<std::size_t>(file.columns * file.rows);
     const auto fits = [&](const Volume& map) {
         for (std::size_t f = 0; f < grid.slices.size(); ++f) {
@@ -158,12 +173,14 @@ void add_segment(const DicomFile& file, const FrameGrid& grid, const std::int32_
             for (std::size_t i = 0; i < area; ++i) {
                 if (stored[f * area + i] >= least && at[i] != 0) return false;
             }
+            step();
         }
         return true;
     };
     std::size_t m = 0;
     while (m < out.maps.size() && !fits(out.maps[m])) ++m;
     if (m == out.maps.size()) {
+        if (m > 0) check_size(file, grid, m + 1);
         Volume& map = out.maps.emplace_back(grid.geometry, sample_type_of<T>());
         std::fill_n(map.template samples<T>(), map.geometry().sample_count(), T{0});
         out.labels.emplace_back();
@@ -174,6 +191,7 @@ void add_segment(const DicomFile& file, const FrameGrid& grid, const std::int32_
         for (std::size_t i = 0; i < area; ++i) {
             if (stored[f * area + i] >= least) to[i] = static_cast<T>(segment);
         }
+        step();
     }
     out.labels[m].push_back(segment);
 }
@@ -195,8 +213,9 @@ LabelMaps maps_of(const DicomFile& file, const FrameGrid& grid, const std::int32
     for (const DicomFrame& frame : file.frames) segments.insert(frame.segment);
     double done = 0;
     for (const int segment : segments) {
-        report_progress(options.progress, 0.5 + 0.5 * done++ / static_cast<double>(segments.size()));
-        add_segment<T>(file, grid, stored, segment, least, out);
+        const double fraction = 0.5 + 0.5 * done++ / static_cast<double>(segments.size());
+        add_segment<T>(
+            file, grid, stored, segment, least, [&] { report_progress(options.progress, fraction); }, out);
     }
     return out;
 }
@@ -233,8 +252,9 @@ LabelMaps read_label_maps(const DicomFile& file, const ScanOptions& options) {
     }
     check_places(file, grid);
     DicomWorkspace workspace;
-    report_progress(options.progress, 0);
-    const std::int32_t* stored = decode_dicom(file, workspace, [](double) {});
+    const std::int32_t* stored = nullptr;
+    for_each_slice(1, options.threads, options.progress, 0, 0.5,
+                   [&](std::size_t, const Step& step) { stored = decode_dicom(file, workspace, step); });
     const std::size_t count = static_cast<std::size_t>(file.columns * file.rows) * file.frames.size();
     std::int32_t largest = 0;
     if (file.segmentation->type == DicomSegmentation::Type::label_map) {

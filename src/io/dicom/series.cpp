@@ -169,6 +169,24 @@ DicomSeries& only_candidate(const SeriesChoice& choice, const DicomHeaders& head
     return *choice.candidates[0];
 }
 
+std::string images_left_out(const DicomSeries& series, const DicomHeaders& headers) {
+    std::size_t images = 0;
+    const DicomFile* example = nullptr;
+    for (const DicomSeries& other : headers.series) {
+        const DicomFile& first = other.first();
+        if (&other == &series || first.series_uid != series.first().series_uid || first.localizer ||
+            first.segmentation)
+            continue;
+        if (!example) example = &first;
+        images += other.slices();
+    }
+    if (!example || example->series_uid.empty()) return {};
+    return fmt::format(
+        "{} of the same series (SeriesInstanceUID), for example {}, differ in size, direction, spacing or "
+        "place and are not read",
+        count_of(images, "more image"), quoted(example->path));
+}
+
 std::size_t choose_volume(const std::vector<std::string>& differences, const std::string& what,
                           const ScanOptions& options) {
     if (!options.volume && differences.size() > 1) {

@@ -47,6 +47,10 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
 /// \throw GeometryError there are several candidates
 DicomSeries& only_candidate(const SeriesChoice& choice, const DicomHeaders& headers);
 
+/// A warning if images with the SeriesInstanceUID of this series are not in it, as they are of another size,
+/// direction or spacing, or in another place; empty if there are none. Scouts do not count.
+std::string images_left_out(const DicomSeries& series, const DicomHeaders& headers);
+
 /// Which of several volumes options.volume chooses, or the only one. `differences` tell them apart; `what`
 /// begins the message that there are several: "the series holds 2 volumes".
 /// \throw GeometryError there are several and no choice; OptionError there is none of that number

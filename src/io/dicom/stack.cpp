@@ -299,7 +299,7 @@ std::vector<std::string> check_numbers(const DicomStack& stack) {
     const std::vector<DicomSlice>& slices = stack.slices;
     const bool numbered = std::any_of(slices.begin(), slices.end(),
                                       [](const DicomSlice& s) { return s.file->instance.has_value(); });
-    std::vector<std::int64_t> growths;
+    std::vector<std::optional<std::int64_t>> growths;
     for (std::size_t i = 1; i < slices.size(); ++i) {
         const DicomFile &before = *slices[i - 1].file, &file = *slices[i].file;
         if (&before == &file || !numbered) continue;

@@ -107,6 +107,9 @@ std::vector<VolumeAttributes> read_volume_attributes(const DicomDataSet& data_se
     for (std::size_t a = 0; a < kVolumeAttributes; ++a) {
         if (!of_shared[a].empty()) of_file[a] = of_shared[a];
     }
+    // Each frame has a copy, so that a long text would fill the memory.
+    constexpr std::size_t kLongest = 256;
+    for (std::string& value : of_file) value.resize(std::min(value.size(), kLongest));
     std::vector<VolumeAttributes> out(frames, of_file);
     if (per_frame.empty()) return out;
     const std::vector<std::size_t> dimensions = volume_dimensions(data_set);

@@ -71,9 +71,10 @@ std::vector<Group> by_value(const Group& group, VolumeAttribute attribute) {
         differ |= i > 0 && group.slices[i - 1].position == slice.position &&
                   group.slices[i - 1].value(attribute) != slice.value(attribute);
     }
-    const std::size_t positions = positions_of(group);
+    // Each has half of the positions, and more than one.
+    const std::size_t least = std::max<std::size_t>(2, (positions_of(group) + 1) / 2);
     const bool all_large = std::all_of(groups.begin(), groups.end(), [&](const auto& entry) {
-        return 2 * positions_of(entry.second) >= positions;
+        return positions_of(entry.second) >= least;
     });
     if (!differ || !all_large) return {group};
     std::vector<const std::string*> values;

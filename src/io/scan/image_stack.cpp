@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include <fmt/format.h>
+
 #include <marrow/error.h>
 
 #include "io/bytes/text.h"
@@ -60,15 +62,25 @@ std::optional<std::int64_t> growth(const std::string& from, const std::string& t
     return *second - *first;
 }
 
-// A warning if the numbers in the names of slices skip one; empty if they do not, or if there are no numbers.
-std::string gap_between(const std::vector<std::filesystem::path>& files) {
-    std::vector<std::int64_t> growths;
-    for (std::size_t i = 1; i < files.size(); ++i) {
-        const auto by = growth(files[i - 1].filename().native(), files[i].filename().native());
-        if (!by) return {};
-        growths.push_back(*by);
+// Warnings if the numbers in the names of slices skip one, or if only some names differ in nothing but a
+// number from the next.
+std::vector<std::string> doubts_about(const std::vector<std::filesystem::path>& files) {
+    const auto name = [&](std::size_t i) { return quoted(files[i].filename()); };
+    std::vector<std::optional<std::int64_t>> growths;
+    for (std::size_t i = 1; i < files.size(); ++i)
+        growths.push_back(growth(files[i - 1].filename().native(), files[i].filename().native()));
+    const auto other = std::find(growths.begin(), growths.end(), std::nullopt);
+    const bool has_numbers =
+        std::any_of(growths.begin(), growths.end(), [](const auto& g) { return g.has_value(); });
+    std::vector<std::string> doubts;
+    if (has_numbers && other != growths.end()) {
+        const auto at = static_cast<std::size_t>(other - growths.begin());
+        doubts.push_back(
+            fmt::format("the slices {} and {} are named differently: one of them may not belong to the scan",
+                        name(at), name(at + 1)));
     }
-    return number_gap(growths, [&](std::size_t i) { return quoted(files[i].filename()); });
+    if (std::string gap = number_gap(growths, name); !gap.empty()) doubts.push_back(std::move(gap));
+    return doubts;
 }
 
 [[noreturn]] void refuse_different(const ImageStack& stack, std::size_t i) {
@@ -85,7 +97,7 @@ ImageStack read_image_stack(std::vector<std::filesystem::path> files, const Scan
         fail<InputError>(files.front(), "has several pages; read this file alone");
     }
     ImageStack stack{std::move(files), image, {}};
-    if (const std::string gap = gap_between(stack.files); !gap.empty()) stack.warnings.push_back(gap);
+    stack.warnings = doubts_about(stack.files);
     stack.geometry.dims = {image.columns, image.rows,
                            image.pages * static_cast<std::int64_t>(stack.files.size())};
     if (options.spacing) stack.geometry.spacing = *options.spacing;

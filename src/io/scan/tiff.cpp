@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -80,9 +81,11 @@ TiffSamples tiff_samples(TIFF* tiff) {
     TIFFGetFieldDefaulted(tiff, TIFFTAG_PLANARCONFIG, &planes);
     const bool grey =
         channels == 1 && (photometric == PHOTOMETRIC_MINISBLACK || photometric == PHOTOMETRIC_MINISWHITE);
-    const bool perhaps_grey = photometric == PHOTOMETRIC_RGB && (channels == 3 || channels == 4) &&
-                              planes == PLANARCONFIG_CONTIG && format == SAMPLEFORMAT_UINT &&
-                              (bits == 8 || bits == 16);
+    // Colours may all be grey, and the second channel of grey is how opaque it is.
+    const bool has_colours = photometric == PHOTOMETRIC_RGB && (channels == 3 || channels == 4),
+               has_opacity = photometric == PHOTOMETRIC_MINISBLACK && channels == 2;
+    const bool perhaps_grey = (has_colours || has_opacity) && planes == PLANARCONFIG_CONTIG &&
+                              format == SAMPLEFORMAT_UINT && (bits == 8 || bits == 16);
     if (!grey && !perhaps_grey) throw kInColour;
     if (format == SAMPLEFORMAT_UINT && bits == 8) return {SampleType::uint8, channels};
     if (format == SAMPLEFORMAT_UINT && bits == 16) return {SampleType::uint16, channels};
@@ -145,12 +148,18 @@ void read_strips(TIFF* tiff, std::uint32_t columns, std::uint32_t rows, std::siz
     }
 }
 
+// What follows a key in a text, to the end of its line; nothing if the key is not there.
+std::optional<std::string_view> text_after(std::string_view text, std::string_view key) {
+    const std::size_t at = text.find(key);
+    if (at == text.npos) return {};
+    text.remove_prefix(at + key.size());
+    return take_line(text);
+}
+
 // The number after a key in a text: 12 for "slices=" in "images=24\nslices=12"; 1 if it is not there.
 std::int64_t number_after(std::string_view text, std::string_view key) {
-    const std::size_t at = text.find(key);
-    if (at == text.npos) return 1;
-    text.remove_prefix(at + key.size());
-    return parse_integer(text.substr(0, text.find_first_not_of("0123456789"))).value_or(1);
+    const std::string_view number = text_after(text, key).value_or("1");
+    return parse_integer(number.substr(0, number.find_first_not_of("0123456789"))).value_or(1);
 }
 
 // ImageJ and OME describe in the first page what the pages of a file are.
@@ -175,6 +184,16 @@ struct Description {
         // One that has only channels may be a stack: some programs write slices so.
         if (pages > std::max({channels, slices, times}) && channels * slices * times > 1)
             throw UnreadableImage{"holds several channels or times; save one of them as a stack"};
+    }
+    // Refuses samples that stand for other values, as ImageJ stores signed integers.
+    void check_values() const {
+        if (!is_of_imagej()) return;
+        const auto offset = text_after(text, "\nc0="), factor = text_after(text, "\nc1=");
+        if (parse_double(offset.value_or("0")) == 0.0 && parse_double(factor.value_or("1")) == 1.0) return;
+        throw UnreadableImage{
+            "stands for other values than it stores (ImageJ's calibration), which is not supported; save it "
+            "as "
+            "NRRD"};
     }
     // Beyond 4 GiB, ImageJ describes only the first of its images, and the others follow it.
     void check_single_page(std::uint64_t page_bytes, std::uint64_t file_bytes) const {
@@ -235,6 +254,7 @@ ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
         if (TIFFLastDirectory(tiff.get())) {
             ++out.pages;
             description.check_pages(out.pages);
+            description.check_values();
             if (out.pages == 1)
                 description.check_single_page(std::uint64_t{columns} * rows * sample_size(type),
                                               TiffFile::size(&file));

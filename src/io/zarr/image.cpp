@@ -190,6 +190,8 @@ void place(const std::vector<Axis>& axes, const Transform& transform, const Scan
         double mm = 1;
         if (axes[a].unit.empty()) {
             image.has_units = false;
+            // The translation is in the unit of the scale, which the spacing shows.
+            if (options.spacing && transform.scale[a] > 0) mm = (*options.spacing)[m] / transform.scale[a];
         } else if (const auto known = millimetres(axes[a].unit)) {
             mm = *known;
         } else {
@@ -394,7 +396,7 @@ void check_memory(const ZarrImage& image) {
     if (needed > present)
         throw LimitError(
             fmt::format("{}: needs {:.1f} GiB of memory, and this machine has {:.1f}; read a coarser level "
-                        "(options.level), or read it slice by slice",
+                        "with options.level, or read it slice by slice",
                         quoted(image.array.folder), needed / (1 << 30), present / (1 << 30)));
 }
 
