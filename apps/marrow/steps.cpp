@@ -217,10 +217,12 @@ Box bounds(const Geometry& geometry) {
     return box;
 }
 
-void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Progress& progress) {
+void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Progress& progress,
+                 const Inspect& before_mixing) {
     const FilterOptions options{threads, progress};
     if (steps.crop) scan = cropped(scan, *steps.crop);
     if (steps.median > 0) scan = median_filter(scan, steps.median, options);
+    if (before_mixing) before_mixing(scan);
     if (steps.blur > 0) scan = gaussian_filter(scan, steps.blur, options);
     if (steps.isotropic > 0) scan = resample_isotropic(scan, steps.isotropic, options);
 }

@@ -62,9 +62,14 @@ void check_steps(const SurfaceSteps& steps);
 /// The bounding box of the samples, LPS mm.
 Box bounds(const Geometry& geometry);
 
-/// Does the steps before extraction. \throw UsageError a crop box outside the scan; others as in
-/// volume_filters.h
-void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Progress& progress);
+/// Receives a scan.
+using Inspect = std::function<void(const Volume&)>;
+
+/// Does the steps before extraction. `before_mixing` receives the scan before values are mixed with those
+/// around them: then padding is no longer told from other samples. \throw UsageError a crop box outside the
+/// scan; others as in volume_filters.h
+void filter_scan(Volume& scan, const FilterSteps& steps, int threads, const Progress& progress,
+                 const Inspect& before_mixing = {});
 
 /// Does the steps after extraction. `index_to_physical` is that of the volume that the surface was extracted
 /// from. The reports have all measures, and not only the size, if these are wanted.

@@ -35,28 +35,32 @@ bool SurfaceJob::shows_normals(const std::vector<fs::path>& files) const {
            });
 }
 
-Volume SurfaceJob::read_scan(const FilterSteps& steps, const std::function<void(const Volume&)>& inspect) {
-    return read(options_.scan.options, steps, inspect);
+Volume SurfaceJob::read_scan(const FilterSteps& steps, const Inspect& unfiltered,
+                             const Inspect& before_mixing) {
+    return read(options_.scan.options, steps, unfiltered, before_mixing);
 }
 
 Volume SurfaceJob::read_volume(std::int64_t volume, const FilterSteps& steps) {
     ScanOptions options = options_.scan.options;
     options.volume = volume;
-    return read(options, steps, {});
+    return read(options, steps, {}, {});
 }
 
-Volume SurfaceJob::read(ScanOptions options, const FilterSteps& steps,
-                        const std::function<void(const Volume&)>& inspect) {
+Volume SurfaceJob::read(ScanOptions options, const FilterSteps& steps, const Inspect& unfiltered,
+                        const Inspect& before_mixing) {
     Volume scan;
     results.seconds.read += stage("read", [&](const Progress& progress) {
         options.progress = progress;
         scan = marrow::read_scan(options_.scan.path, options, &results.info);
     });
     results.warnings = results.info.warnings;
-    if (inspect) inspect(scan);
+    if (unfiltered) unfiltered(scan);
     if (steps.any())
-        results.seconds.filter +=
-            stage("filter", [&](const Progress& progress) { filter_scan(scan, steps, threads(), progress); });
+        results.seconds.filter += stage("filter", [&](const Progress& progress) {
+            filter_scan(scan, steps, threads(), progress, before_mixing);
+        });
+    else if (before_mixing)
+        before_mixing(scan);
     return scan;
 }
 

@@ -27,9 +27,10 @@ class SurfaceJob {
     /// Whether a file of one of these names, or the picture, shows normals of points.
     bool shows_normals(const std::vector<std::filesystem::path>& files) const;
 
-    /// Reads the scan, calls `inspect` with it, and does the steps before extraction.
-    /// \throw as read_scan and filter_scan
-    Volume read_scan(const FilterSteps& steps, const std::function<void(const Volume&)>& inspect = {});
+    /// Reads the scan, calls `unfiltered` with it, and does the steps before extraction; `before_mixing` is
+    /// that of filter_scan. \throw as read_scan and filter_scan
+    Volume read_scan(const FilterSteps& steps, const Inspect& unfiltered = {},
+                     const Inspect& before_mixing = {});
 
     /// The same for one volume of the scan.
     Volume read_volume(std::int64_t volume, const FilterSteps& steps);
@@ -49,8 +50,8 @@ class SurfaceJob {
     SurfaceResults results;
 
   private:
-    Volume read(ScanOptions options, const FilterSteps& steps,
-                const std::function<void(const Volume&)>& inspect);
+    Volume read(ScanOptions options, const FilterSteps& steps, const Inspect& unfiltered,
+                const Inspect& before_mixing);
     void draw(const Progress& progress);
 
     const SurfaceJobOptions& options_;

@@ -1,5 +1,9 @@
 // `marrow INPUT` on the command line: extraction, its options and its reports.
+#include <array>
+#include <cmath>
 #include <fstream>
+#include <numeric>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -457,6 +461,43 @@ TEST_F(CommandLine, SaysTheRangeOfSamplesIfThereIsNoSurface) {
             << outcome.err;
     }
     EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+// Blurring spreads padding, and what it leaves of it is neither padding nor a tissue.
+TEST_F(CommandLine, OtsuDoesNotSeePadding) {
+    write_nrrd(scan, 40, 40, 12, [](int x, int y, int) {
+        const double r = std::hypot(x - 19.5, y - 19.5);
+        return r > 18 ? -3024 : r > 9 ? -1000 : 40;
+    });
+    for (const std::vector<std::string>& filter :
+         {std::vector<std::string>{}, {"--median", "1"}, {"--blur", "1"}, {"--isotropic", "0.7"}}) {
+        std::vector<std::string> options{"-o", mesh, "--isovalue", "otsu"};
+        options.insert(options.end(), filter.begin(), filter.end());
+        const double isovalue = extract_json(options)["isovalue"];
+        EXPECT_GT(isovalue, -1000) << (filter.empty() ? "no filter" : filter[0]);
+        EXPECT_LT(isovalue, 40);
+    }
+}
+
+TEST_F(CommandLine, AnOpenSurfaceNeedsTwoSlices) {
+    write_nrrd(scan, 8, 9, 1, [](int x, int, int) { return x < 4 ? -100 : 100; });
+    const Outcome outcome = extract({"-o", mesh, "--isovalue", "0", "--open"});
+    EXPECT_EQ(outcome.code, 5);
+    EXPECT_NE(outcome.err.find("leave --open out"), std::string::npos) << outcome.err;
+    EXPECT_EQ(extract({"-o", mesh, "--isovalue", "0"}).code, 0);
+}
+
+TEST_F(CommandLine, NamesWholeNumbersWithAllTheirDigits) {
+    std::array<std::uint32_t, 27> samples{};
+    std::iota(samples.begin(), samples.end(), 1234567);
+    std::ofstream(scan, std::ios::binary)
+        << "NRRD0004\ntype: uint32\ndimension: 3\nsizes: 3 3 3\nspacings: 1 1 1\nendian: little\nencoding: "
+           "raw\n\n"
+        << std::string_view(reinterpret_cast<const char*>(samples.data()), sizeof samples);
+    EXPECT_NE(extract({"-o", mesh, "--isovalue", "1300001"})
+                  .err.find("no surface at isovalue 1300001: samples range from 1234567 to 1234593"),
+              std::string::npos);
+    EXPECT_NE(marrow_with({"info", scan}).out.find(" from 1234567 to 1234593, "), std::string::npos);
 }
 
 TEST_F(CommandLine, WritesNoneOfSeveralSurfacesIfOneIsEmpty) {

@@ -101,6 +101,17 @@ TEST(Crop, ByABoxKeepsMoreOfAnObliqueVolume) {
     EXPECT_THROW(crop(volume, Box{{kNan, 0, 0}, {0, 1, 1}}), InputError);
 }
 
+TEST(Crop, ByABoxWithoutEnds) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const Box everything{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+    const Volume straight = numbered<float>(grid(4, 5, 6)), turned = numbered<float>(oblique(4, 5, 6));
+    for (const Volume* volume : {&straight, &turned})
+        EXPECT_EQ(crop(*volume, everything).geometry().dims, volume->geometry().dims);
+    const Volume slab = crop(straight, Box{{1.5, -kInfinity, -kInfinity}, {3, kInfinity, 2}});
+    EXPECT_EQ(slab.geometry().dims, (std::array<std::int64_t, 3>{2, 5, 3}));
+    EXPECT_THROW(crop(straight, Box{{9, -kInfinity, 0}, {kInfinity, kInfinity, 1}}), InputError);
+}
+
 // ---- median ----
 
 TEST(Median, IsTheMedianOfTheWindow) {

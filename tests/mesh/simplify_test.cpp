@@ -209,6 +209,21 @@ TEST(Simplify, DoesTheSameBesideAPointWithoutTriangles) {
     EXPECT_EQ(mesh_hash(simplify(beside, {.triangles = 200, .max_error = 0.5})), mesh_hash(reduced));
 }
 
+TEST(Simplify, ProgressRisesToOne) {
+    const Mesh mesh = ball(8);
+    for (const double share : {0.5, 0.05}) {
+        double last = 0;
+        simplify(mesh,
+                 {.triangles = static_cast<std::int64_t>(share * static_cast<double>(mesh.triangles.size())),
+                  .progress = [&](double fraction) {
+                      EXPECT_GE(fraction, last);
+                      last = fraction;
+                      return true;
+                  }});
+        EXPECT_EQ(last, 1) << share;
+    }
+}
+
 TEST(Simplify, RejectsInvalidInputAndCanBeCancelled) {
     const Mesh mesh = ball(5);
     EXPECT_THROW(simplify(mesh, {.triangles = -1}), InputError);

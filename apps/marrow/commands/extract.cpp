@@ -11,6 +11,7 @@
 
 #include "outputs.h"
 #include "shared/label_map.h"
+#include "shared/sample_text.h"
 #include "shared/surface_warnings.h"
 #include "warnings.h"
 
@@ -60,8 +61,8 @@ std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const Sca
     if (!presets_apply(info.series.modality, info.format, lowest)) {
         if (!info.series.modality.empty()) refuse("this scan's modality is " + info.series.modality);
         if (info.format == ScanFormat::dicom) refuse("this scan does not state its modality");
-        refuse(fmt::format("{} does not say whether this is CT, and its lowest sample, {:g}, is not air",
-                           scan_format_name(info.format), lowest));
+        refuse(fmt::format("{} does not say whether this is CT, and its lowest sample, {}, is not air",
+                           scan_format_name(info.format), value_text(lowest)));
     }
     return assumed_hounsfield_warning(info.format, lowest);
 }
@@ -94,31 +95,39 @@ void check_finite(const Histogram& samples) {
     if (samples.counts.empty()) throw EmptySurface("the scan has no finite sample, so there is no surface");
 }
 
-double choose_isovalue(const SurfaceRequest& request, const Volume& scan, const ScanInfo& info) {
+double choose_isovalue(const SurfaceRequest& request, const Histogram& samples) {
     if (const auto isovalue = request.known_isovalue()) return *isovalue;
-    const Histogram samples = histogram(scan, 256, info.padding);
     check_finite(samples);
     try {
         return otsu_isovalue(samples);
     } catch (const InputError&) {
         throw UsageError(fmt::format(
-            "--isovalue otsu separates dark from bright, and all samples are {:g}: give --isovalue N",
-            samples.lower));
+            "--isovalue otsu separates dark from bright, and all samples are {}: give --isovalue N",
+            value_text(samples.lower)));
     }
 }
 
-[[noreturn]] void throw_empty(double isovalue, const Volume& scan) {
+[[noreturn]] void throw_empty(double isovalue, const Volume& scan, bool open) {
+    const auto& dims = scan.geometry().dims;
+    if (open && *std::min_element(dims.begin(), dims.end()) < 2)
+        throw EmptySurface("an open surface needs at least 2 samples along each axis: leave --open out");
     const Histogram samples = histogram(scan);
     check_finite(samples);
-    throw EmptySurface(fmt::format("no surface at isovalue {:g}: samples range from {:g} to {:g}", isovalue,
-                                   samples.lower, samples.upper));
+    throw EmptySurface(fmt::format("no surface at isovalue {}: samples range from {} to {}",
+                                   value_text(isovalue), value_text(samples.lower),
+                                   value_text(samples.upper)));
 }
 
 class Extraction {
   public:
     Extraction(const ExtractOptions& options, SurfaceJob& job, const Volume& scan, bool normals,
-               bool hounsfield)
-        : options_(options), job_(job), scan_(scan), normals_(normals), hounsfield_(hounsfield) {}
+               bool hounsfield, Histogram for_otsu)
+        : options_(options),
+          job_(job),
+          scan_(scan),
+          normals_(normals),
+          hounsfield_(hounsfield),
+          for_otsu_(std::move(for_otsu)) {}
 
     // Copies the scan to a device, which then extracts. What it cannot do, the CPU does.
     void use_device(std::size_t device) {
@@ -139,7 +148,7 @@ class Extraction {
         IsosurfaceOptions extraction = isosurface_options();
         job_.results.seconds.extract += job_.stage("extract", [&](const Progress& progress) {
             IsosurfaceStats stats;
-            surface.isovalue = choose_isovalue(request, scan_, job_.results.info);
+            surface.isovalue = choose_isovalue(request, for_otsu_);
             extraction.progress = progress;
             if (extractor_) {
                 progress_ = progress;
@@ -149,18 +158,18 @@ class Extraction {
                 surface.mesh = extract_isosurface(scan_, surface.isovalue, extraction, &stats);
             }
             non_finite_samples_ = stats.non_finite_samples;
-            if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan_);
+            if (surface.mesh.triangles.empty()) throw_empty(surface.isovalue, scan_, options_.open);
         });
         const bool is_bone = request.preset && request.preset->name == "bone";
         if (options_.trust.look_for_walls(is_bone))
             job_.results.seconds.extract += job_.stage("thin walls", [&](const Progress& progress) {
                 extraction.progress = progress;
-                look_for_thin_walls(surface, scan_, noise(), options_.trust.keep_thin, extraction);
+                look_for_thin_walls(surface, scan_, noise(progress), options_.trust.keep_thin, extraction);
             });
         if (options_.steps.any()) refine(surface);
         if (options_.trust.report)
             job_.results.seconds.refine += job_.stage("trust", [&](const Progress& progress) {
-                add_trust(surface, scan_, noise(), hounsfield_, job_.threads(), progress);
+                add_trust(surface, scan_, noise(progress), hounsfield_, job_.threads(), progress);
             });
     }
 
@@ -193,9 +202,8 @@ class Extraction {
                                            options_.job.reporting.json, job_.threads(), progress);
             surface.measures = surface.steps.back().after.measures;
             if (surface.mesh.triangles.empty())
-                throw EmptySurface(
-                    fmt::format("no component of the surface at isovalue {:g} encloses {:g} mm3",
-                                surface.isovalue, options_.steps.min_volume));
+                throw EmptySurface(fmt::format("no component of the surface at isovalue {} encloses {:g} mm3",
+                                               value_text(surface.isovalue), options_.steps.min_volume));
         });
         for (const StepReport& step : surface.steps) {
             if (!step.note.empty())
@@ -204,8 +212,10 @@ class Extraction {
     }
 
     // It is that of the scan, so all surfaces share it.
-    const NoiseEstimate& noise() {
-        if (!noise_) noise_ = estimate_noise(scan_, {.threads = job_.threads()});
+    const NoiseEstimate& noise(const Progress& progress) {
+        // How long the rest of the stage takes is not known.
+        const Progress waiting = [&](double) { return progress(0); };
+        if (!noise_) noise_ = estimate_noise(scan_, {job_.threads(), waiting});
         return *noise_;
     }
 
@@ -214,6 +224,7 @@ class Extraction {
     const Volume& scan_;
     const bool normals_;
     const bool hounsfield_;
+    const Histogram for_otsu_;  // empty if no surface needs it
     std::optional<NoiseEstimate> noise_;
     std::int64_t non_finite_samples_ = 0;
     std::string device_name_;
@@ -286,19 +297,28 @@ void run(const ExtractOptions& options, const Console& console, const std::atomi
     // Presets are checked against the samples as they are in the scan, before any filter.
     std::string assumption;
     bool hounsfield = false;
-    const Volume scan = job.read_scan(options.filters, [&](const Volume& unfiltered) {
-        if (surfaces.empty()) throw_no_surface(job.results.info, unfiltered);
-        assumption = check_presets(surfaces, job.results.info, unfiltered);
-        const ScanInfo& info = job.results.info;
-        if (!options.trust.report) return;
-        const double lowest = histogram(unfiltered).lower;
-        hounsfield = presets_apply(info.series.modality, info.format, lowest);
-        if (hounsfield && info.series.modality != "CT")
-            assumption = assumed_hounsfield_warning(info.format, lowest);
-    });
+    Histogram for_otsu;
+    const Volume scan = job.read_scan(
+        options.filters,
+        [&](const Volume& unfiltered) {
+            if (surfaces.empty()) throw_no_surface(job.results.info, unfiltered);
+            assumption = check_presets(surfaces, job.results.info, unfiltered);
+            const ScanInfo& info = job.results.info;
+            if (!options.trust.report) return;
+            const double lowest = histogram(unfiltered).lower;
+            hounsfield = presets_apply(info.series.modality, info.format, lowest);
+            if (hounsfield && info.series.modality != "CT")
+                assumption = assumed_hounsfield_warning(info.format, lowest);
+        },
+        [&](const Volume& unmixed) {
+            const bool needed =
+                std::any_of(surfaces.begin(), surfaces.end(),
+                            [](const SurfaceRequest& surface) { return !surface.known_isovalue(); });
+            if (needed) for_otsu = histogram(unmixed, 256, job.results.info.padding);
+        });
     if (!assumption.empty()) job.results.warnings.push_back(assumption);
     job.results.surfaces.reserve(surfaces.size());
-    Extraction extraction(options, job, scan, job.shows_normals(files), hounsfield);
+    Extraction extraction(options, job, scan, job.shows_normals(files), hounsfield, std::move(for_otsu));
     if (device) extraction.use_device(*device);
     for (std::size_t i = 0; i < surfaces.size(); ++i) extraction.extract(surfaces[i], files[i]);
     extraction.add_warnings();

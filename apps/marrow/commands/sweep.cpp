@@ -14,6 +14,7 @@
 #include "json_report.h"
 #include "progress_reporter.h"
 #include "shared/output_checks.h"
+#include "shared/sample_text.h"
 #include "sweep_report.h"
 #include "warnings.h"
 
@@ -49,8 +50,13 @@ void check(const SweepCommandOptions& options) {
     check_output(options.plot, options.scan.path);
 }
 
-Volume read(const SweepCommandOptions& options, const ProgressReporter& reporter, ScanInfo& info) {
+// `contrast` receives that of the samples before blurring mixes padding with them.
+Volume read(const SweepCommandOptions& options, const ProgressReporter& reporter, ScanInfo& info,
+            double& contrast) {
     Volume scan;
+    const Inspect inspect = [&](const Volume& unmixed) {
+        contrast = otsu_contrast(histogram(unmixed, 256, info.padding));
+    };
     reporter.stage("read", [&](const Progress& progress) {
         ScanOptions scan_options = options.scan.options;
         scan_options.progress = progress;
@@ -58,8 +64,10 @@ Volume read(const SweepCommandOptions& options, const ProgressReporter& reporter
     });
     if (options.filters.any())
         reporter.stage("filter", [&](const Progress& progress) {
-            filter_scan(scan, options.filters, options.scan.options.threads, progress);
+            filter_scan(scan, options.filters, options.scan.options.threads, progress, inspect);
         });
+    else
+        inspect(scan);
     return scan;
 }
 
@@ -68,9 +76,9 @@ std::vector<double> choose_isovalues(const SweepCommandOptions& options, const H
     if (samples.counts.empty()) throw EmptySurface("the scan has no finite sample, so there is no surface");
     const double from = options.from.value_or(samples.lower), to = options.to.value_or(samples.upper);
     if (!(from < to))
-        throw EmptySurface(
-            fmt::format("there are no isovalues between {:g} and {:g}; samples range from {:g} to {:g}", from,
-                        to, samples.lower, samples.upper));
+        throw EmptySurface(fmt::format(
+            "there are no isovalues between {} and {}; samples range from {} to {}", value_text(from),
+            value_text(to), value_text(samples.lower), value_text(samples.upper)));
     std::vector<double> isovalues;
     // A double could not hold the difference of the largest numbers.
     const long double step = (static_cast<long double>(to) - from) / (options.samples - 1);
@@ -95,8 +103,8 @@ void write(const SweepCommandOptions& options, const Console& console,
         console.out << sweep_csv(measured, plateaus);
     } else if (!options.reporting.quiet) {
         for (const Plateau& p : plateaus)
-            console.out << fmt::format("plateau from {:g} to {:g}\n", measured[p.first].isovalue,
-                                       measured[p.last].isovalue);
+            console.out << fmt::format("plateau from {} to {}\n", value_text(measured[p.first].isovalue),
+                                       value_text(measured[p.last].isovalue));
         if (plateaus.empty()) console.out << "no plateau\n";
     }
 }
@@ -134,7 +142,8 @@ void run(const SweepCommandOptions& options, const Console& console, const std::
     check(options);
     const ProgressReporter reporter(options.reporting, console, stop);
     ScanInfo info;
-    const Volume scan = read(options, reporter, info);
+    double contrast = 0;
+    const Volume scan = read(options, reporter, info, contrast);
     const Histogram samples = histogram(scan);
     std::vector<std::string> warnings = info.warnings;
     warn_of_non_finite(samples.non_finite_samples, warnings);
@@ -148,13 +157,12 @@ void run(const SweepCommandOptions& options, const Console& console, const std::
             {.threads = options.scan.options.threads, .progress = progress, .topology = options.topology});
     });
     if (std::all_of(measured.begin(), measured.end(), [](const SweepSample& s) { return s.triangles == 0; }))
-        throw EmptySurface(
-            fmt::format("no surface at isovalues from {:g} to {:g}: samples range from {:g} to {:g}",
-                        isovalues.front(), isovalues.back(), samples.lower, samples.upper));
+        throw EmptySurface(fmt::format("no surface at isovalues from {} to {}: samples range from {} to {}",
+                                       value_text(isovalues.front()), value_text(isovalues.back()),
+                                       value_text(samples.lower), value_text(samples.upper)));
     const Vec3d& spacing = scan.geometry().spacing;
     const double finest = *std::min_element(spacing.begin(), spacing.end());
-    write(options, console, measured,
-          find_plateaus(measured, finest, otsu_contrast(histogram(scan, 256, info.padding))));
+    write(options, console, measured, find_plateaus(measured, finest, contrast));
 }
 
 }  // namespace marrow::apps

@@ -34,7 +34,9 @@ void find_values(const VolumeView& volume, const Buffer<Vec3f>& points, int thre
                  float* values) {
     constexpr std::size_t kGrain = 1 << 14;
     const IndexMapping mapping(volume.geometry);
-    tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
+    // oneTBB prints a warning if an arena has more threads than the machine, and fails if it has very many.
+    const int most = tbb::this_task_arena::max_concurrency();
+    tbb::task_arena arena(threads > 0 ? std::min(threads, most) : most);
     arena.execute([&] {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), kGrain), [&](const auto& range) {
             if (!progress(1)) throw Cancelled();

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -25,8 +26,13 @@ namespace {
 struct Layout {
     explicit Layout(const py::array& array) {
         const auto stride = [&](py::ssize_t axis) { return std::abs(array.strides(axis)); };
-        std::stable_sort(axes.begin(), axes.end(),
-                         [&](py::ssize_t a, py::ssize_t b) { return stride(a) < stride(b); });
+        // An axis that NumPy added has one sample and the stride 0, which is that of no neighbour.
+        const auto distance = [&](py::ssize_t axis) {
+            return stride(axis) > 0 ? stride(axis) : std::numeric_limits<py::ssize_t>::max();
+        };
+        if ((array.flags() & py::array::c_style) == 0)
+            std::stable_sort(axes.begin(), axes.end(),
+                             [&](py::ssize_t a, py::ssize_t b) { return distance(a) < distance(b); });
         first = static_cast<const char*>(array.data());
         for (std::size_t m = 0; m < 3; ++m) {
             size[m] = array.shape(axes[m]);

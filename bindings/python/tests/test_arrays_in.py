@@ -28,6 +28,23 @@ def test_samples_of_every_type_are_used_where_they_are(small, dtype):
     assert is_same_surface(marrow.extract(volume, LEVEL), marrow.extract(small, LEVEL))
 
 
+@pytest.mark.parametrize("axis", range(3))
+def test_an_axis_of_one_sample_stays_where_it_is(ball, axis):
+    """NumPy gives a new axis the stride 0, which is that of no neighbour."""
+    slice_ = ball[12]
+    view = slice_[tuple(np.newaxis if a == axis else slice(None) for a in range(3))]
+    mesh = marrow.extract(view, LEVEL, closed=True)
+    expected = marrow.extract(np.ascontiguousarray(slice_.reshape(view.shape)), LEVEL, closed=True)
+    assert np.array_equal(mesh.points, expected.points)
+    assert np.array_equal(mesh.triangles, expected.triangles)
+
+
+def test_more_threads_than_the_machine_has_are_as_many_as_it_has(ball):
+    one = marrow.marching_cubes(ball, LEVEL, threads=1)
+    many = marrow.marching_cubes(ball, LEVEL, threads=1_000_000)
+    assert all(np.array_equal(a, b) for a, b in zip(one, many))
+
+
 @pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)])
 @pytest.mark.parametrize("flips", range(8))
 def test_no_axis_order_and_no_flip_copies_or_moves_samples(ball, order, flips):

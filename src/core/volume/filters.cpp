@@ -264,14 +264,15 @@ Volume crop(const VolumeView& volume, const Box& box) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         if (!(box.lower[axis] <= box.upper[axis]))
             throw InputError("crop: the box's lower end must not lie above its upper end");
-        double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
-        for (int corner = 0; corner < 8; ++corner) {
-            Vec3d from_origin;
-            for (std::size_t r = 0; r < 3; ++r)
-                from_origin[r] = (corner >> r & 1 ? box.upper[r] : box.lower[r]) - g.origin[r];
-            const double index = dot(to_index[axis], from_origin);
-            lowest = std::min(lowest, index);
-            highest = std::max(highest, index);
+        // The least and the greatest index of the box's corners. A side may be at infinity.
+        double lowest = 0, highest = 0;
+        for (std::size_t r = 0; r < 3; ++r) {
+            const double per_mm = to_index[axis][r];
+            if (per_mm == 0) continue;
+            const auto [least, most] =
+                std::minmax({per_mm * (box.lower[r] - g.origin[r]), per_mm * (box.upper[r] - g.origin[r])});
+            lowest += least;
+            highest += most;
         }
         constexpr double kRounding = 1e-6;  // keeps samples that lie exactly on a side of the box
         const double end = static_cast<double>(g.dims[axis] - 1);

@@ -207,6 +207,7 @@ Mesh simplified(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats*
                 mesh_distance(mesh, reduced.mesh, {.threads = options.threads, .progress = progress});
         *stats = {reduced.deviation, reduced.undone};
     }
+    report_progress(progress, 1);
     if (!mesh.normals.empty()) set_normals(reduced.mesh);
     return std::move(reduced.mesh);
 }
