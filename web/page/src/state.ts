@@ -20,6 +20,9 @@ export interface Surface {
   refined: boolean; // more was done to it than extraction
 }
 
+/** The measures of a surface, and its mesh: the surface that is shown may be another one by now. */
+export interface Measured extends Measures { mesh: Mesh }
+
 export type LightState = 'good' | 'bad' | 'busy';
 
 export interface State {
@@ -53,7 +56,7 @@ export interface State {
   exact: boolean;
   surface?: Surface;
   labelSurfaces: readonly LabelSurface[];
-  measures?: Measures;
+  measures?: Measured;
   extractMs?: number;
   light: { state: LightState; text: string };
   note: string; // of the last step, what the user should know

@@ -124,7 +124,7 @@ export class Surfaces {
     if (!current()) return;
     const open = measures.boundaryEdges > 0, manifold = measures.nonmanifoldEdges === 0;
     const none = measures.triangles === 0;
-    this.store.set({ measures });
+    this.store.set({ measures: { ...measures, mesh } });
     if (none || open || !manifold || !mayIntersect) {
       const text = none ? 'no surface' : open ? 'open at the border' : manifold ? 'watertight' : 'not manifold';
       this.store.set({ light: { state: none || open || !manifold ? 'bad' : 'good', text } });

@@ -166,6 +166,31 @@ describe('the isovalue', () => {
     await assertSameBytes(page, shared, 'stl');
   });
 
+  test('has the measures of the surface before with ≈ until the new one is measured', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    const before = await measuresOf(page);
+    await page.evaluate(() => {
+      const { postMessage } = Worker.prototype;
+      Worker.prototype.postMessage = function (message, ...more) {
+        if (message.name !== 'measure') return postMessage.call(this, message, ...more);
+        window.goOn = () => postMessage.call(this, message, ...more);
+      };
+    });
+    await page.fill('#isovalue-number', '400.5');
+    await page.press('#isovalue-number', 'Enter');
+    await page.waitForFunction(() => window.goOn);
+    const during = await measuresOf(page);
+    assert.match(during.Triangles, /^\d/); // of the surface that is shown
+    for (const name of ['Volume', 'Area', 'Size, mm', 'Components']) assert.equal(during[name], `≈ ${before[name]}`);
+    await page.evaluate(() => window.goOn());
+    await settled(page);
+    const after = await measuresOf(page);
+    assert.equal(after.Triangles, during.Triangles);
+    assert.match(after.Volume, /^\d/);
+    assert.notEqual(after.Volume, before.Volume);
+  });
+
   test('can change a hundred times without memory growing', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await openFolder(page, head);

@@ -151,15 +151,15 @@ function surfaceMeasures(s: Readonly<State>): [string, string][] {
   const { measures: m, surface } = s;
   if (!m) return [['Volume', '–'], ['Area', '–'], ['Components', '–'], ['Triangles', '–']];
   // Until the surface is measured again, its triangles are known and the other numbers are those of the last one.
-  const about = s.exact ? '' : '≈ ';
+  const about = s.exact && surface?.mesh === m.mesh ? '' : '≈ ';
   const size = m.lower.map((low, a) => rounded(m.upper[a]! - low, 0)).join(' × ');
   const triangles = surface ? surface.mesh.triangles.length / 3 : m.triangles;
   return [
-    ['Volume', m.boundaryEdges > 0 ? 'not closed' : `${about}${rounded(m.volume / 1000)} mL`],
+    ['Volume', m.boundaryEdges > 0 ? `${about}not closed` : `${about}${rounded(m.volume / 1000)} mL`],
     ['Area', `${about}${rounded(m.area / 100)} cm²`],
     ['Size, mm', m.triangles > 0 ? `${about}${size}` : '–'],
     ['Components', `${about}${grouped(m.components)}`],
-    ['Triangles', `${about}${grouped(triangles)}`],
+    ['Triangles', `${s.exact ? '' : '≈ '}${grouped(triangles)}`],
     ['Extraction', s.extractMs === undefined ? '–' : `${s.extractMs.toFixed(0)} ms`],
   ];
 }
