@@ -8,7 +8,7 @@ import { createServer, request } from 'node:http';
 import { createRequire } from 'node:module';
 import { built, serve } from '../serve.mjs';
 import { assertSameBytes, errorText, launch, mainThreadTasks, marrow, openFiles, openFolder, openPage, served, settled, startTrace, temporaryFolder } from './browser.mjs';
-import { labelNrrd, niftiBall, niftiBallGz, niftiVolumes, writeHead } from './scans.mjs';
+import { cubeNrrd, labelNrrd, niftiBall, niftiBallGz, niftiVolumes, writeHead } from './scans.mjs';
 
 let browser, shared, head;
 before(async () => {
@@ -212,6 +212,18 @@ describe('the isovalue', () => {
 });
 
 describe('other input', () => {
+  for (const [outside, inside] of [[0.9999999999999998, 1], [1000, 1000.0000000000005], [2e15, 2e15], [1e17, 1e17]]) {
+    test(`a histogram of samples from ${outside} to ${inside}`, async (t) => {
+      const page = await openPage(t, browser, await served(t));
+      await openBytes(t, page, 'cube.nrrd', cubeNrrd('double', Float64Array, outside, inside));
+      await settled(page);
+      const box = await page.locator('.histogram').boundingBox();
+      await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+      await page.mouse.wheel(0, -2000);
+      await page.waitForFunction(() => true, null, { polling: 'raf', timeout: 30_000 }); // it was drawn
+    });
+  }
+
   test('an oblique NIfTI, plain or compressed', async (t) => {
     const page = await openPage(t, browser, await served(t));
     for (const [name, bytes] of [['ball.nii', niftiBall()], ['ball.nii.gz', niftiBallGz()]]) {

@@ -63,11 +63,22 @@ export function niftiVolumes() {
 
 export const niftiBallGz = () => gzipSync(niftiBall());
 
+/** NRRD with samples of 1 mm. */
+export function nrrd(type, dims, samples) {
+  const header = `NRRD0005\ntype: ${type}\ndimension: 3\nsizes: ${dims.join(' ')}\nspace: left-posterior-superior\n` +
+    'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nendian: little\nencoding: raw\n\n';
+  return Buffer.concat([Buffer.from(header), Buffer.from(samples.buffer)]);
+}
+
+/** NRRD of 16 samples along each axis: `inside` in a cube in the middle, and `outside` around it. */
+export function cubeNrrd(type, Samples, outside, inside) {
+  const n = 16, middle = (i) => i >= 4 && i < 12;
+  const at = (i) => [i % n, Math.floor(i / n) % n, Math.floor(i / n / n)].every(middle);
+  return nrrd(type, [n, n, n], Samples.from({ length: n ** 3 }, (_, i) => (at(i) ? inside : outside)));
+}
+
 /** NRRD of a label map with the halves of a ball. */
 export function labelNrrd() {
   const { n, samples } = ball();
-  const labels = Uint8Array.from(samples, (v, at) => (v < 225.5 ? 0 : at % n < 24 ? 1 : 2));
-  const header = `NRRD0005\ntype: uint8\ndimension: 3\nsizes: ${n} ${n} ${n}\nspace: left-posterior-superior\n` +
-    'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n';
-  return Buffer.concat([Buffer.from(header), Buffer.from(labels.buffer)]);
+  return nrrd('uint8', [n, n, n], Uint8Array.from(samples, (v, at) => (v < 225.5 ? 0 : at % n < 24 ? 1 : 2)));
 }

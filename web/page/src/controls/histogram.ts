@@ -112,8 +112,12 @@ export class Histogram {
     context.globalAlpha = 0.3;
     context.fillRect(MARGIN, bottom, this.width, 1);
     const tick = roundStep((this.upper - this.lower) / Math.max(2, this.width / 90));
-    for (let i = Math.ceil(this.lower / tick); i * tick <= this.upper; ++i) {
-      const x = this.xOf(i * tick), label = String(Number((i * tick).toPrecision(6))).replace('-', '\u2212');
+    const first = Math.ceil(this.lower / tick);
+    // Counts them, because first + i may be rounded to first.
+    for (let i = 0; i <= (this.upper - this.lower) / tick; ++i) {
+      const value = (first + i) * tick;
+      if (value > this.upper) break;
+      const x = this.xOf(value), label = String(Number(value.toPrecision(6))).replace('-', '\u2212');
       context.globalAlpha = 0.4;
       context.fillRect(Math.round(x), bottom, 1, 4);
       context.globalAlpha = 0.8;
@@ -174,7 +178,9 @@ export class Histogram {
     if (!scan || !(scan.histogram.upper > scan.histogram.lower)) return;
     const { lower, upper } = scan.histogram;
     const centre = this.valueAt(clientX - this.element.getBoundingClientRect().left);
-    const range = Math.min(Math.max((this.upper - this.lower) * factor, (upper - lower) / 100), upper - lower);
+    // In a shorter range, there are fewer numbers than pixels.
+    const finest = 1e3 * Number.EPSILON * Math.max(Math.abs(lower), Math.abs(upper));
+    const range = Math.min(Math.max((this.upper - this.lower) * factor, (upper - lower) / 100, finest), upper - lower);
     const fraction = (centre - this.lower) / (this.upper - this.lower);
     this.lower = Math.min(Math.max(centre - fraction * range, lower), upper - range);
     this.upper = this.lower + range;
