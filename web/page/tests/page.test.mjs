@@ -32,6 +32,18 @@ async function measuresOf(page) {
   return Object.fromEntries(names.map((name, i) => [name, values[i]]));
 }
 
+/** How many pixels of a view have the colour of outlines, once there are any. */
+async function outlinePixels(page, view) {
+  const count = (name) => {
+    const canvas = document.querySelector(`[data-view="${name}"] canvas`);
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    let pixels = 0;
+    for (let i = 0; i < data.length; i += 4) pixels += Math.abs(data[i] - 255) < 8 && Math.abs(data[i + 1] - 176) < 8 && Math.abs(data[i + 2] - 46) < 8;
+    return pixels;
+  };
+  return (await page.waitForFunction(count, view, { timeout: 30_000 })).jsonValue();
+}
+
 async function setIsovalue(page, value) {
   await page.fill('#isovalue-number', String(value));
   await page.press('#isovalue-number', 'Enter');
@@ -474,6 +486,18 @@ describe('other input', () => {
 });
 
 describe('the views', () => {
+  for (const [type, Samples, inside, isovalue] of [['double', Float64Array, 0.7, 0.7], ['int32', Int32Array, 16777217, 16777216.5]]) {
+    test(`show the outline of samples of ${inside} (${type}) at ${isovalue}`, async (t) => {
+      const page = await openPage(t, browser, await served(t));
+      await openBytes(t, page, 'cube.nrrd', cubeNrrd(type, Samples, Math.floor(inside / 2) * 2, inside));
+      await settled(page);
+      await setIsovalue(page, isovalue);
+      const view = await page.locator('[data-view="axial"] canvas').boundingBox();
+      // Along the sides of 8 of 16 samples.
+      assert.ok((await outlinePixels(page, 'axial')) > Math.min(view.width, view.height));
+    });
+  }
+
   test('a distance between two clicks on a slice is that in the patient', async (t) => {
     const page = await openPage(t, browser, await served(t), { viewport: { width: 1400, height: 900 } });
     await openFolder(page, head);

@@ -33,7 +33,7 @@ export function croppedContour(slice: Slice, isovalue: number, { closed, topolog
   const pad = closed ? 1 : 0, width = x1 - x0 + 1 + 2 * pad, height = y1 - y0 + 1 + 2 * pad;
   if (x1 < x0 || y1 < y0) return new Float32Array(0);
   // NaN counts as outside, and an edge to it is crossed in the middle, as at the border of a closed surface.
-  const samples = new Float32Array(width * height).fill(NaN);
+  const samples = new Float64Array(width * height).fill(NaN); // holds samples of each type as they are
   for (let y = y0; y <= y1; ++y)
     samples.set(slice.samples.subarray(y * slice.width + x0, y * slice.width + x1 + 1), (y - y0 + pad) * width + pad);
   const lines = contour({ ...slice, width, height, samples }, isovalue, { topology });
