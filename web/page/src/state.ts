@@ -18,6 +18,7 @@ export interface Surface {
   isovalue: number;
   level: number; // 0: full resolution; n: from every 2^n-th sample
   refined: boolean; // more was done to it than extraction
+  preview?: Mesh; // what is drawn instead while the camera moves, if that is slow
 }
 
 /** The measures of a surface, and its mesh: the surface that is shown may be another one by now. */

@@ -78,12 +78,12 @@ export class Surfaces {
 
   private async answer(request: Request): Promise<void> {
     const extractor = await this.extractorFor(request);
-    const preview = this.previewLevel > 0 && (this.fullMs > SHORT || (this.slow() && this.moving()));
-    if (preview) {
+    let preview: Mesh | undefined;
+    if (this.previewLevel > 0 && (this.fullMs > SHORT || (this.slow() && this.moving()))) {
       const level = this.previewLevel;
       const coarse = await extractor.extract(request.isovalue, { level });
-      const mesh = request.largest ? (await keepComponents(coarse, { largest: true })).mesh : coarse;
-      this.show({ mesh, isovalue: request.isovalue, level, refined: request.largest });
+      preview = request.largest ? (await keepComponents(coarse, { largest: true })).mesh : coarse;
+      this.show({ mesh: preview, isovalue: request.isovalue, level, refined: request.largest });
       if (this.wanted || (this.slow() && this.moving())) return;
     }
     const started = performance.now();
@@ -92,10 +92,10 @@ export class Surfaces {
     const full = await extractor.extract(request.isovalue, preview ? { signal: this.full.signal } : {});
     this.fullMs = performance.now() - started;
     this.store.set({ extractMs: full.stats.extractMs });
-    await this.refine(full, request, extractor.scan);
+    await this.refine(full, this.slow() ? preview : undefined, request, extractor.scan);
   }
 
-  private async refine(full: Mesh, request: Request, scan: Scan): Promise<void> {
+  private async refine(full: Mesh, preview: Mesh | undefined, request: Request, scan: Scan): Promise<void> {
     const { isovalue } = request, long = request.smooth > 0 || request.keep < 100;
     const { signal } = (this.steps = new AbortController());
     const notes: string[] = [];
@@ -107,13 +107,13 @@ export class Surfaces {
       if (result.note) notes.push(result.note);
     };
     if (request.largest) await step('components', keepComponents(mesh, { largest: true }));
-    if (long) this.show({ mesh, isovalue, level: 0, refined: true });
+    if (long) this.show({ mesh, isovalue, level: 0, refined: true, preview });
     if (request.smooth > 0) await step('smoothing', smooth(mesh, { iterations: request.smooth, signal }));
     if (request.keep < 100)
       await step('reducing', simplify(mesh, { keep: request.keep / 100, scan, signal }));
     if (this.wanted && long) return;
     const refined = request.largest || long;
-    this.show({ mesh, isovalue, level: 0, refined }, !this.wanted);
+    this.show({ mesh, isovalue, level: 0, refined, preview }, !this.wanted);
     this.store.set({ note: notes.join('; ') });
     if (!this.wanted) await this.measure(mesh, long, signal);
   }
@@ -139,9 +139,12 @@ export class Surfaces {
 
   private show(surface: Surface, exact = false): void {
     if (this.store.state.asLabels || this.extractor?.scan !== this.store.state.scan) return;
-    const old = this.store.state.surface?.mesh;
+    const old = this.store.state.surface;
     this.store.set({ surface, exact });
-    if (old && old !== surface.mesh && old.points.length > 0) this.extractor?.recycle(old);
+    for (const mesh of [old?.mesh, old?.preview]) {
+      const stays = mesh === surface.mesh || mesh === surface.preview;
+      if (mesh && !stays && mesh.points.length > 0) this.extractor?.recycle(mesh);
+    }
   }
 
   private async extractorFor(request: Request): Promise<Extractor> {

@@ -565,6 +565,48 @@ describe('the views', () => {
     }
   });
 
+  test('draw a preview of the same surface while the camera moves', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    await page.evaluate(() => {
+      const { drawElements, bufferData } = WebGL2RenderingContext.prototype;
+      window.drawn = []; // triangles
+      WebGL2RenderingContext.prototype.drawElements = function (mode, count, ...more) {
+        window.drawn.push(count / 3);
+        drawElements.call(this, mode, count, ...more);
+      };
+      WebGL2RenderingContext.prototype.bufferData = function (target, data, ...more) {
+        window.uploadedNothing ||= target === this.ELEMENT_ARRAY_BUFFER && data.byteLength === 0;
+        bufferData.call(this, target, data, ...more);
+      };
+    });
+    const shown = async () => Number((await measuresOf(page)).Triangles.replace(/\D/g, ''));
+    const drawnWhileTurning = async () => {
+      const { x, y, width, height } = await page.locator('[data-view="surface"] canvas').boundingBox();
+      await page.mouse.move(x + width / 2, y + height / 2);
+      await page.mouse.down();
+      await page.evaluate(() => { window.drawn = []; });
+      await page.mouse.move(x + width / 2 + 40, y + height / 2);
+      const most = await page.waitForFunction(() => window.drawn.find((n) => n > 1000), null, { timeout: 60_000 });
+      await page.mouse.up();
+      return most.jsonValue();
+    };
+    // While only a slice is shown, the previews and surfaces that come are not drawn.
+    await page.dblclick('[data-view="axial"]', { position: { x: 30, y: 30 } });
+    await page.waitForFunction(() => document.querySelector('[data-view="surface"]').clientWidth === 0);
+    await page.evaluate(() => { let now = 0; performance.now = () => (now += 100); }); // an extraction takes long
+    for (const value of [400.5, 300.5]) await setIsovalue(page, value);
+    await page.keyboard.press('Escape');
+    await page.waitForFunction((n) => window.drawn.includes(n), await shown(), { timeout: 60_000 });
+    const preview = await drawnWhileTurning();
+    assert.ok(preview < (await shown()) / 2, `${preview} of ${await shown()} triangles`);
+    assert.ok(!(await page.evaluate(() => window.uploadedNothing)));
+
+    await page.evaluate(() => { performance.now = () => 0; }); // takes no time
+    for (const value of [400.5, 500.5]) await setIsovalue(page, value);
+    assert.equal(await drawnWhileTurning(), await shown());
+  });
+
   test('show the slices of a second scan, even if one of the first was not answered', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await openFolder(page, head);

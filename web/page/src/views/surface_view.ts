@@ -134,15 +134,17 @@ export class SurfaceView {
     shown.object.geometry.dispose();
   }
 
+  private get all(): Shown[] { return this.preview ? [...this.shown, this.preview] : this.shown; }
+
   private updateSurface(): void {
     const { surface, colour } = this.store.state;
-    const made = surface && this.shownOf(0, surface.mesh, colour);
-    for (const old of this.shown) if (old !== this.preview) this.remove(old);
-    if ((!surface || surface.level > 0) && this.preview) { this.remove(this.preview); this.preview = undefined; }
-    this.shown = made ? [made] : [];
+    const before = this.all;
+    const shownOf = (mesh: Mesh) => before.find((s) => s.points === mesh.points) ?? this.shownOf(0, mesh, colour);
+    this.shown = surface ? [shownOf(surface.mesh)] : [];
+    this.preview = surface?.preview && shownOf(surface.preview);
+    for (const old of before) if (!this.all.includes(old)) this.remove(old);
+    for (const { object } of this.all) this.scene.add(object);
     this.isNew = true;
-    if (made && surface && surface.level > 0 && this.slow) this.preview = made;
-    if (made) this.scene.add(made.object);
     this.updateLook();
   }
 
@@ -150,7 +152,6 @@ export class SurfaceView {
     const { labelSurfaces, hidden, asLabels } = this.store.state;
     if (!asLabels) return;
     this.shown.forEach((old) => this.remove(old));
-    if (this.preview) { this.remove(this.preview); this.preview = undefined; }
     this.shown = labelSurfaces.filter((s) => !hidden.has(s.label)).map((s, i) =>
       this.shownOf(i, s, `rgb(${s.colour.map((c) => Math.round(c * 255)).join(',')})`));
     this.shown.forEach((s) => this.scene.add(s.object));
@@ -159,7 +160,7 @@ export class SurfaceView {
 
   private updateLook(): void {
     const { colour, opacity, asLabels } = this.store.state;
-    for (const { object } of this.preview ? [...this.shown, this.preview] : this.shown) {
+    for (const { object } of this.all) {
       const look = object.material;
       if (!asLabels) look.color.set(colour);
       // Translucent surfaces show only their front, as otherwise triangles behind would be drawn in any order.
@@ -244,11 +245,7 @@ export class SurfaceView {
     // A processor draws fewer pixels while something moves.
     const ratio = this.software && (this.orbiting || this.moving()) ? 0.5 : this.ratio;
     if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
-    const coarse = this.orbiting && this.slow && this.preview !== undefined && this.shown[0] !== this.preview;
-    for (const { object } of this.shown) object.visible = !coarse;
-    if (this.preview && coarse) { this.scene.add(this.preview.object); this.preview.object.visible = true; }
-    else if (this.preview && this.shown[0] !== this.preview) this.preview.object.visible = false;
-    this.drawScene();
+    this.drawScene(this.orbiting && this.slow && this.preview !== undefined);
     this.renderer.clearDepth();
     this.cube.draw(this.renderer, this.camera, w, h);
     this.placeTags(w, h);
@@ -256,7 +253,9 @@ export class SurfaceView {
     this.isNew = false;
   }
 
-  private drawScene(): void {
+  private drawScene(coarse = false): void {
+    for (const { object } of this.shown) object.visible = !coarse;
+    if (this.preview) this.preview.object.visible = coarse;
     const distance = this.camera.position.distanceTo(this.centre);
     this.camera.near = Math.max(distance - 1.5 * this.radius, distance / 1000, 1e-3);
     this.camera.far = distance + 1.5 * this.radius;
