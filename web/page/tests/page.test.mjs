@@ -379,6 +379,16 @@ describe('other input', () => {
     assert.match(await assertSameBytes(page, folder, 'ply'), /--volume 1/);
   });
 
+  test('a scan of very many volumes has a list that ends', async (t) => {
+    const page = await openPage(t, browser, await served(t)), header = niftiBall().subarray(0, 352);
+    [4, 2, 2, 2, 20_000].forEach((d, i) => header.writeInt16LE(d, 40 + 2 * i));
+    header.writeInt16LE(2, 70); // uint8
+    header.writeInt16LE(8, 72);
+    await openBytes(t, page, 'many.nii', Buffer.concat([header, Buffer.alloc(8 * 20_000)]));
+    await page.waitForSelector('dialog [aria-label="Volume"]');
+    assert.equal(await page.locator('dialog option').count(), 10_000);
+  });
+
   test('compressed DICOM, whose codecs are loaded only then, without a network too', { skip: lacksDcmtk() }, async (t) => {
     const folder = temporaryFolder(t), packed = join(folder, 'packed');
     mkdirSync(packed);

@@ -74,8 +74,11 @@ function row(series: SeriesReport, mend: Choice | undefined): Row {
 const spacingText = (spacing: Vec3): string =>
   spacing.some((s) => s === 0) ? '' : `${spacing.map((s) => Number(s.toPrecision(4))).join(' × ')} mm`;
 
+const MOST_LISTED = 10_000; // a damaged header may claim any number
+
 function volumeField(element: HTMLElement, series: SeriesReport): () => Choice {
-  const select = elementOf('select', { 'aria-label': 'Volume' }, ...Array.from({ length: series.volumeCount }, (_, i) =>
+  const listed = Math.min(series.volumeCount, MOST_LISTED);
+  const select = elementOf('select', { 'aria-label': 'Volume' }, ...Array.from({ length: listed }, (_, i) =>
     elementOf('option', { value: i }, series.volumes[i] ?? `Volume ${i + 1}`)));
   element.append(elementOf('span', { class: 'about row' }, 'Volume', select));
   return () => ({ volume: Number(select.value) });
