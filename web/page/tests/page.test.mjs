@@ -158,6 +158,22 @@ describe('the isovalue', () => {
     assert.equal(await text(page, '#light'), 'no surface');
   });
 
+  test('in the field is that of a scan that opens while one is typed', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    await setIsovalue(page, 400.5);
+    await page.focus('#isovalue-number');
+    await page.keyboard.type('77');
+    await openBytes(t, page, 'cube.nrrd', cubeNrrd('short', Int16Array, 0, 100));
+    await page.waitForFunction(() => document.title.startsWith('cube.nrrd'));
+    const opened = await numberOf(page);
+    assert.notEqual(opened, 400.5);
+    await page.locator('#isovalue-number').blur();
+    await settled(page);
+    assert.equal(await numberOf(page), opened);
+    assert.equal(await page.getAttribute('.histogram', 'aria-valuenow'), String(opened));
+  });
+
   test('whose extraction fails has no surface to export', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await page.evaluate(() => {

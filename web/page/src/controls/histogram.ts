@@ -208,10 +208,11 @@ export function makeIsovalueRow(row: HTMLElement, store: Store): void {
   const input = elementOf('input', { type: 'number', id: 'isovalue-number', step: 'any' });
   const unit = elementOf('span', { class: 'faint' });
   const chips = elementOf('div', { class: 'chips', role: 'group', 'aria-label': 'Presets' });
+  const show = () => { input.value = String(store.state.isovalue); };
   row.append(elementOf('label', { for: 'isovalue-number' }, 'Isovalue'), input, unit, chips);
   input.addEventListener('change', () => {
-    if (input.value !== '' && Number.isFinite(input.valueAsNumber)) store.set({ isovalue: input.valueAsNumber });
-    else input.value = String(store.state.isovalue);
+    if (Number.isFinite(input.valueAsNumber)) store.set({ isovalue: input.valueAsNumber });
+    show();
   });
   store.on(['scan'], () => {
     const { scan } = store.state;
@@ -230,7 +231,7 @@ export function makeIsovalueRow(row: HTMLElement, store: Store): void {
   });
   store.on(['scan', 'isovalue'], () => {
     const { scan, isovalue } = store.state, preset = currentPreset(store.state);
-    if (document.activeElement !== input) input.value = String(isovalue);
+    show();
     for (const chip of chips.querySelectorAll<HTMLElement>('.chip'))
       chip.setAttribute('aria-pressed', String(chip.dataset['preset'] === (preset?.name ?? (scan?.otsu === isovalue ? 'otsu' : ''))));
   });
