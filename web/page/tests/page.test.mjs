@@ -8,7 +8,7 @@ import { createServer, request } from 'node:http';
 import { createRequire } from 'node:module';
 import { built, serve } from '../serve.mjs';
 import { assertSameBytes, errorText, launch, mainThreadTasks, marrow, openFiles, openFolder, openPage, served, settled, startTrace, temporaryFolder } from './browser.mjs';
-import { cubeNrrd, labelNrrd, niftiBall, niftiBallGz, niftiVolumes, writeHead } from './scans.mjs';
+import { cubeNrrd, labelNrrd, niftiBall, niftiBallGz, niftiVolumes, nrrd, writeHead } from './scans.mjs';
 
 let browser, shared, head;
 before(async () => {
@@ -523,6 +523,25 @@ describe('the views', () => {
       assert.ok((await outlinePixels(page, 'axial')) > Math.min(view.width, view.height));
     });
   }
+
+  test('show the outline of an open surface on the first and the last slice', async (t) => {
+    const page = await openPage(t, browser, await served(t)), n = 16;
+    const column = Int16Array.from({ length: n ** 3 }, (_, i) => 1000 - 100 * Math.hypot(i % n - 7.5, Math.floor(i / n) % n - 7.5));
+    await openBytes(t, page, 'column.nrrd', nrrd('short', [n, n, n], column));
+    await settled(page);
+    await setIsovalue(page, 500.5);
+    await page.getByLabel('Open at the border of the scan').check();
+    await page.getByLabel('Largest component only').check();
+    await settled(page);
+    await page.focus('[data-view="axial"]');
+    const lengths = [];
+    for (const [key, number] of [['Home', '1 / 16'], ['PageUp', '11 / 16'], ['End', '16 / 16']]) {
+      await page.keyboard.press(key);
+      await page.locator('[data-view="axial"] .br', { hasText: number }).waitFor();
+      lengths.push(await outlinePixels(page, 'axial'));
+    }
+    assert.ok(Math.max(...lengths) < 1.05 * Math.min(...lengths), lengths.join(', ')); // they are the same circle
+  });
 
   test('a distance between two clicks on a slice is that in the patient', async (t) => {
     const page = await openPage(t, browser, await served(t), { viewport: { width: 1400, height: 900 } });

@@ -1,5 +1,5 @@
 // The lines in which surfaces meet a slice: x0, y0, x1, y1, ...
-import type { Slice } from 'marrow-wasm';
+import type { Crop, Mesh, Slice } from 'marrow-wasm';
 import { contour } from 'marrow-wasm';
 import type { Geometry } from '../scan/geometry';
 import { dot, indexGradients } from '../scan/geometry';
@@ -44,25 +44,32 @@ export function croppedContour(slice: Slice, isovalue: number, { closed, topolog
   return lines;
 }
 
-/** The lines in which a mesh meets a slice, in samples from the top left sample. */
-export function meshContour(points: Float32Array, triangles: Uint32Array, g: Geometry, slice: SliceGeometry, through: number): Float32Array {
+/** The lines in which a mesh of a box of samples meets a slice, in samples from the top left sample. */
+export function meshContour(
+  { points, triangles }: Mesh, g: Geometry, box: Crop, slice: SliceGeometry, through: number): Float32Array {
   const lines = new Lines();
   const gradients = indexGradients(g);
   const gradient = gradients[slice.through]!;
-  // A slice exactly through points would touch triangles without cutting them, so it lies a little beyond.
-  const offset = -dot(gradient, g.origin) - through - 1e-4;
+  const offset = -dot(gradient, g.origin) - through, rounding = 1e-3; // of points on edges within the slice, to float32
   const heights = new Float32Array(points.length / 3);
-  for (let i = 0, p = 0; i < heights.length; ++i, p += 3)
-    heights[i] = gradient[0] * points[p]! + gradient[1] * points[p + 1]! + gradient[2] * points[p + 2]! + offset;
+  for (let i = 0, p = 0; i < heights.length; ++i, p += 3) {
+    const height = gradient[0] * points[p]! + gradient[1] * points[p + 1]! + gradient[2] * points[p + 2]! + offset;
+    heights[i] = Math.abs(height) < rounding ? 0 : height;
+  }
+  // Points in the slice count as being on its outer side. Each edge in the slice is then found once, from the
+  // triangle on its inner side, even at the border of an open mesh.
+  const zeroIsAbove = 2 * through >= box.first[slice.through]! + box.last[slice.through]!;
+  const above = (point: number) => heights[point]! > 0 || (heights[point] === 0 && zeroIsAbove);
   const rowU = gradients[slice.across]!, rowV = gradients[slice.down]!;
   const baseU = -dot(rowU, g.origin), baseV = -dot(rowV, g.origin);
   const ends = new Float32Array(4);
   for (let t = 0; t < triangles.length; t += 3) {
     const i = triangles[t]!, j = triangles[t + 1]!, k = triangles[t + 2]!;
-    const hi = heights[i]! > 0, hj = heights[j]! > 0, hk = heights[k]! > 0;
+    const hi = above(i), hj = above(j), hk = above(k);
     if (hi === hj && hj === hk) continue;
     // The only corner on its side of the slice.
     const alone = hj === hk ? i : hi === hk ? j : k;
+    if (heights[alone] === 0) continue; // the triangle only touches the slice
     let n = 0;
     for (const other of [i, j, k]) {
       if (other === alone) continue;

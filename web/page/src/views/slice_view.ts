@@ -1,5 +1,5 @@
 // One slice: its samples, the contours of the surfaces, the crosshair, distances and the crop box.
-import type { Crop, Slice } from 'marrow-wasm';
+import type { Crop, Mesh, Slice } from 'marrow-wasm';
 import { MarrowError, contour } from 'marrow-wasm';
 import { distanceText } from '../distances';
 import type { Vec3 } from '../scan/geometry';
@@ -9,7 +9,7 @@ import type { Store } from '../state';
 import { croppedContour, meshContour } from './contours';
 import type { Plane, Point, SliceGeometry } from './slice_geometry';
 import { PLANES, applyInverse, applyLinear, sliceGeometry, toIndex, toSlice } from './slice_geometry';
-import { listenToSlice } from './slice_input';
+import { cropOf, listenToSlice } from './slice_input';
 
 /** Which part of the slices is seen; all slices zoom together. */
 export class SliceZoom {
@@ -225,14 +225,15 @@ export class SliceView {
   private trace(): void {
     const { surface, exact, asLabels, labelSurfaces, hidden, isovalue, geometry } = this.store.state;
     const { crop, closed, topology } = this.store.state;
-    const s = this.slice!, through = s.index;
+    const s = this.slice!, box = cropOf(geometry!.dims, crop);
+    const meshLines = (mesh: Mesh) => meshContour(mesh, geometry!, box, this.geometry!, s.index);
     this.outlinesAreStale = false;
     if (asLabels) {
       this.outlines = labelSurfaces.filter((l) => !hidden.has(l.label)).map((l) => ({
-        lines: meshContour(l.points, l.triangles, geometry!, this.geometry!, through), inData: false,
+        lines: meshLines(l), inData: false,
         colour: `rgb(${l.colour.map((c) => Math.round(90 + c * 165)).join(',')})` }));
     } else if (surface?.refined && exact) {
-      this.outlines = [{ lines: meshContour(surface.mesh.points, surface.mesh.triangles, geometry!, this.geometry!, through), colour: CONTOUR, inData: false }];
+      this.outlines = [{ lines: meshLines(surface.mesh), colour: CONTOUR, inData: false }];
     } else {
       const lines = crop || closed ? croppedContour(s, isovalue, { closed, topology }, crop && this.range(crop)) : contour(s, isovalue, { topology });
       this.outlines = [{ lines, colour: CONTOUR, inData: true }];
@@ -289,8 +290,7 @@ export class SliceView {
   private drawCrop(context: CanvasRenderingContext2D): void {
     const { crop, tool, geometry: g } = this.store.state;
     if (!crop && tool !== 'crop') return;
-    const box = crop ?? { first: [0, 0, 0] as Vec3, last: g!.dims.map((n) => n - 1) as Vec3 };
-    const range = this.range(box), inside = range.last[0] >= range.first[0];
+    const range = this.range(cropOf(g!.dims, crop)), inside = range.last[0] >= range.first[0];
     const { first, last } = inside ? range : { first: [0, 0] as Point, last: [-1, -1] as Point };
     const corners = [[first[0] - 0.5, first[1] - 0.5], [last[0] + 0.5, first[1] - 0.5], [last[0] + 0.5, last[1] + 0.5], [first[0] - 0.5, last[1] + 0.5]]
       .map(([u, v]) => this.toScreen(this.indexInData(u!, v!)));
