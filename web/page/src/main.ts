@@ -43,10 +43,17 @@ function makeIsovalue(): void {
   makeIsovalueRow(row, store);
   const line = elementOf('code', { tabindex: 0, 'aria-label': 'The command line that writes the same bytes' });
   const copy = elementOf('button', { class: 'text', type: 'button' }, 'Copy');
-  copy.addEventListener('click', () => void navigator.clipboard.writeText(line.textContent ?? '').then(() => {
-    copy.textContent = 'Copied';
-    setTimeout(() => { copy.textContent = 'Copy'; }, 1500);
-  }, fail));
+  copy.addEventListener('click', async () => {
+    try {
+      await navigator.clipboard.writeText(line.textContent ?? ''); // there is no clipboard without https
+      copy.textContent = 'Copied';
+      setTimeout(() => { copy.textContent = 'Copy'; }, 1500);
+    } catch {
+      getSelection()?.selectAllChildren(line);
+      showBanner('note',
+        'The browser does not let this page copy. The command line is selected: copy it with the keyboard.');
+    }
+  });
   const title = 'This command line writes the same bytes';
   const command = elementOf('div', { class: 'command', title }, line, copy);
   byId('isovalue').append(row, histogram.element, command);

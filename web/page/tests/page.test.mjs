@@ -711,6 +711,20 @@ describe('the views', () => {
 });
 
 describe('the page', () => {
+  test('copies the command line, or selects it where the browser has no clipboard', async (t) => {
+    const page = await openPage(t, browser, await served(t), { permissions: ['clipboard-read', 'clipboard-write'] });
+    await openBytes(t, page, 'ball.nii', niftiBall());
+    await settled(page);
+    const line = await text(page, '#isovalue code'), copy = page.locator('#isovalue .command button');
+    await copy.click();
+    await page.waitForFunction(() => document.querySelector('#isovalue .command button').textContent === 'Copied');
+    assert.equal(await page.evaluate(() => navigator.clipboard.readText()), line);
+    await page.evaluate(() => Object.defineProperty(navigator, 'clipboard', { value: undefined }));
+    await copy.click();
+    assert.match(await text(page, '.banner.note p'), /command line is selected/);
+    assert.equal(await page.evaluate(() => getSelection().toString()), line);
+  });
+
   test('works without a network after the first visit', async (t) => {
     const page = await openPage(t, browser, await served(t), { serviceWorkers: 'allow' });
     await page.evaluate(() => navigator.serviceWorker.ready);
