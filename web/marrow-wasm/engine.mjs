@@ -138,14 +138,15 @@ export class Engine {
     if (error?.broken) this.#fail(error);
   }
 
-  // The worker itself failed, as by running out of memory.
+  // The worker itself failed, as by running out of memory. Later calls are about the scan that it had.
   #fail(error) {
-    this.#finish(new MarrowError(`the worker stopped: ${error.message}`, 3));
+    const message = `the worker stopped: ${error.message}`;
+    this.#finish(new MarrowError(message, 3), new MarrowError(`${message}; open the scan again`, 3));
   }
 
-  #finish(error) {
+  #finish(error, later = error) {
     if (this.#end) return;
-    this.#end = error;
+    this.#end = later;
     if (idle === this) idle = undefined;
     this.#worker.end();
     for (const call of this.#calls.values()) {

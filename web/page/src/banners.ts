@@ -9,8 +9,9 @@ function close(label: string, onClick: () => void): HTMLElement {
   return button;
 }
 
-/** Shows a message until it is closed; a note also goes by itself. */
+/** Shows a message until it is closed, in place of the same one before; a note also goes by itself. */
 export function showBanner(kind: BannerKind, text: string): void {
+  for (const other of [...byId('banners').children]) if (other.textContent === text) other.remove();
   const banner = elementOf('div', { class: `banner ${kind}`, role: kind === 'error' ? 'alert' : undefined }, elementOf('p', {}, text));
   banner.append(close('Close', () => banner.remove()));
   byId('banners').append(banner);

@@ -194,6 +194,29 @@ describe('the isovalue', () => {
     await assertSameBytes(page, shared, 'stl');
   });
 
+  test('whose extractions fail for the same reason has one message', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await page.evaluate(() => {
+      const { postMessage } = Worker.prototype;
+      Worker.prototype.postMessage = function (message, ...more) {
+        if (message.name === 'extract') window.worker = this;
+        postMessage.call(this, message, ...more);
+      };
+    });
+    await openBytes(t, page, 'ball.nii', niftiBall());
+    await settled(page);
+    await page.evaluate(() => window.worker.dispatchEvent(new ErrorEvent('error', { message: 'it ran out of memory' })));
+    for (const value of [100.5, 200.5, 300.5]) {
+      await setIsovalue(page, value);
+      assert.equal(await text(page, '#light'), 'failed');
+      assert.deepEqual(await page.locator('.banner.error p').allTextContents(), ['the worker stopped: it ran out of memory; open the scan again']);
+    }
+    await openBytes(t, page, 'ball.nii', niftiBall());
+    await page.waitForFunction(() => !document.querySelector('.banner.error'));
+    await settled(page);
+    assert.equal(await text(page, '#light'), 'watertight');
+  });
+
   test('has the measures of the surface before with ≈ until the new one is measured', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await openFolder(page, head);
