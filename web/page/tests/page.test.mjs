@@ -675,6 +675,21 @@ describe('the views', () => {
     assert.equal(await drawnWhileTurning(), await shown());
   });
 
+  test('the wheel moves slices, but not sideways', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openBytes(t, page, 'ball.nii', niftiBall());
+    await settled(page);
+    assert.equal(await text(page, '[data-view="axial"] .br'), '24 / 48');
+    const box = await page.locator('[data-view="axial"] canvas').boundingBox();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.mouse.wheel(100, 0);
+    await page.mouse.wheel(0, -100);
+    await page.waitForFunction(() => document.querySelector('[data-view="axial"] .br').textContent === '25 / 48');
+    await page.mouse.wheel(-100, 0);
+    await page.mouse.wheel(0, 100);
+    await page.waitForFunction(() => document.querySelector('[data-view="axial"] .br').textContent === '24 / 48');
+  });
+
   test('show the slices of a second scan, even if one of the first was not answered', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await openFolder(page, head);

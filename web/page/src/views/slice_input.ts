@@ -56,7 +56,7 @@ export function listenToSlice(view: SliceView, canvas: HTMLCanvasElement): void 
   canvas.addEventListener('wheel', (e) => {
     e.preventDefault();
     if (e.ctrlKey) zoom.set(zoom.factor * Math.exp(-e.deltaY / 300));
-    else view.step((e.deltaY > 0 ? -1 : 1) * direction(view));
+    else view.step(-Math.sign(e.deltaY) * direction(view));
   }, { passive: false });
   element.addEventListener('keydown', (e) => {
     if (e.altKey || e.metaKey || e.ctrlKey) return;
