@@ -21,6 +21,11 @@ export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   return element as T;
 }
 
+/** Shows the accepted number in a field. Escape brings it back (keys.ts). */
+export function showNumber(input: HTMLInputElement, value: number): void {
+  input.value = input.defaultValue = String(value);
+}
+
 /** A drawing of src/icons.svg. */
 export function icon(name: string): SVGSVGElement {
   const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');

@@ -21,6 +21,7 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     const control = e.ctrlKey || e.metaKey, key = e.key.length === 1 ? e.key.toLowerCase() : e.key;
     const types = e.target instanceof HTMLInputElement && ['number', 'text'].includes(e.target.type) || e.target instanceof HTMLSelectElement;
     if (types && !control) {
+      if (key === 'Escape' && e.target instanceof HTMLInputElement) e.target.value = e.target.defaultValue;
       if (key === 'Enter' || key === 'Escape') (e.target as HTMLElement).blur();
       return;
     }

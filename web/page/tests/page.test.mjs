@@ -174,6 +174,25 @@ describe('the isovalue', () => {
     assert.equal(await page.getAttribute('.histogram', 'aria-valuenow'), String(opened));
   });
 
+  test('that is typed is left by Escape, as every number', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openFolder(page, head);
+    await setIsovalue(page, 400.5);
+    const fields = page.locator('input[type="number"]');
+    const values = () => fields.evaluateAll((inputs) => inputs.map((input) => input.value));
+    const before = await values(), line = await text(page, '#isovalue code');
+    assert.equal(before.length, 12); // isovalue, smoothing (2), triangles, crop box (6), window (2)
+    for (const field of await fields.all()) {
+      if (!(await field.isVisible())) continue;
+      await field.fill('3');
+      await field.press('Escape');
+      assert.ok(!(await field.evaluate((input) => input === document.activeElement)));
+    }
+    assert.deepEqual(await values(), before);
+    assert.equal(await text(page, '#isovalue code'), line);
+    assert.equal(await page.getAttribute('.histogram', 'aria-valuenow'), '400.5');
+  });
+
   test('whose extraction fails has no surface to export', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await page.evaluate(() => {

@@ -1,6 +1,6 @@
 // The histogram is the control of the isovalue: drag the line, click, or use the keys.
 import { presets } from 'marrow-wasm';
-import { elementOf } from '../dom';
+import { elementOf, showNumber } from '../dom';
 import { currentPreset, isovalueStep, onGrid, roundStep, toHex } from '../state';
 import type { Store } from '../state';
 
@@ -208,7 +208,7 @@ export function makeIsovalueRow(row: HTMLElement, store: Store): void {
   const input = elementOf('input', { type: 'number', id: 'isovalue-number', step: 'any' });
   const unit = elementOf('span', { class: 'faint' });
   const chips = elementOf('div', { class: 'chips', role: 'group', 'aria-label': 'Presets' });
-  const show = () => { input.value = String(store.state.isovalue); };
+  const show = () => showNumber(input, store.state.isovalue);
   row.append(elementOf('label', { for: 'isovalue-number' }, 'Isovalue'), input, unit, chips);
   input.addEventListener('change', () => {
     if (Number.isFinite(input.valueAsNumber)) store.set({ isovalue: input.valueAsNumber });

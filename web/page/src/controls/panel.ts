@@ -2,7 +2,7 @@
 import type { Label } from 'marrow-wasm';
 import { messageOf, showBanner } from '../banners';
 import { distanceText } from '../distances';
-import { byId, elementOf, grouped, icon, rounded } from '../dom';
+import { byId, elementOf, grouped, icon, rounded, showNumber } from '../dom';
 import type { Vec3 } from '../scan/geometry';
 import { labelsOf, openTable } from '../scan/label_table';
 import type { State, Store } from '../state';
@@ -41,9 +41,9 @@ function numberField(store: Store, f: NumberField): HTMLElement {
   input.addEventListener('change', () => {
     const value = Math.min(Math.max(Math.round(input.valueAsNumber), f.min), f.max);
     if (Number.isFinite(value)) store.set({ [f.key]: value });
-    input.value = String(store.state[f.key]);
+    showNumber(input, store.state[f.key]);
   });
-  follow(store, [f.key], (s) => { input.value = String(s[f.key]); });
+  follow(store, [f.key], (s) => showNumber(input, s[f.key]));
   return elementOf('div', { class: 'field', title: f.title }, elementOf('label', { for: id }, f.label),
     elementOf('div', { class: 'with-unit' }, input, elementOf('span', {}, f.unit)));
 }
@@ -189,8 +189,8 @@ function cropSection(store: Store): HTMLElement {
   const show = (s: Readonly<State>) => {
     const dims = s.geometry?.dims ?? ([1, 1, 1] as Vec3), box = cropOf(dims, s.crop);
     inputs.forEach(([first, last], a) => {
-      first!.value = String(box.first[a]);
-      last!.value = String(box.last[a]);
+      showNumber(first!, box.first[a]!);
+      showNumber(last!, box.last[a]!);
       first!.max = last!.max = String(dims[a]! - 1);
     });
     reset.disabled = !s.crop;
@@ -220,8 +220,8 @@ function windowSection(store: Store): HTMLElement {
   made.append(elementOf('div', { class: 'crop-row' }, elementOf('span', {}, 'W  L'), width, level));
   const show = (s: Readonly<State>) => {
     const { lower, upper } = s.window, rounded = (v: number) => Number(upper - lower >= 20 ? v.toFixed(0) : v.toPrecision(4));
-    width.value = String(rounded(upper - lower));
-    level.value = String(rounded((lower + upper) / 2));
+    showNumber(width, rounded(upper - lower));
+    showNumber(level, rounded((lower + upper) / 2));
     const known = WINDOWS.findIndex((w) => w.width === upper - lower && w.level === (lower + upper) / 2);
     usual.value = known >= 0 ? String(known) : '';
     usual.hidden = s.scan?.unit !== 'HU';

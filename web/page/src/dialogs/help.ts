@@ -13,6 +13,7 @@ const KEYS: readonly (readonly [string[], string])[] = [
   [['Ctrl+O'], 'open a file; with Shift a folder'],
   [['Ctrl+S'], 'export'],
   [['Ctrl+P'], 'save a picture'],
+  [['Enter', 'Esc'], 'in a field: accept its value, restore it'],
   [['Esc'], 'forget the first end of a distance; navigate; show all views'],
 ];
 const POINTERS: readonly (readonly [string, string])[] = [
