@@ -566,6 +566,16 @@ describe('the views', () => {
     });
   }
 
+  test('show whole numbers in full, and others with six digits', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    for (const [type, Samples, inside, shown] of [['int32', Int32Array, 312782546, '312782546'], ['double', Float64Array, 312782546.5, '312783000']]) {
+      await openBytes(t, page, `${type}.nrrd`, cubeNrrd(type, Samples, 0, inside));
+      await page.waitForFunction((name) => document.title.startsWith(name), type);
+      await settled(page);
+      await page.waitForFunction((n) => document.querySelector('[data-view="axial"] .bl').textContent === n, shown, { timeout: 30_000 });
+    }
+  });
+
   test('show the outline of an open surface on the first and the last slice', async (t) => {
     const page = await openPage(t, browser, await served(t)), n = 16;
     const column = Int16Array.from({ length: n ** 3 }, (_, i) => 1000 - 100 * Math.hypot(i % n - 7.5, Math.floor(i / n) % n - 7.5));

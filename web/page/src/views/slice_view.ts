@@ -6,6 +6,7 @@ import type { Vec3 } from '../scan/geometry';
 import { clampIndex, toIndexSpace, toPhysical } from '../scan/geometry';
 import { labelsOf } from '../scan/label_table';
 import type { Store } from '../state';
+import { isInteger } from '../state';
 import { croppedContour, meshContour } from './contours';
 import type { Plane, Point, SliceGeometry } from './slice_geometry';
 import { PLANES, applyInverse, applyLinear, sliceGeometry, toIndex, toSlice } from './slice_geometry';
@@ -156,7 +157,9 @@ export class SliceView {
     const column = Math.round(at[c]!), row = Math.round(at[r]!);
     const value = column >= 0 && row >= 0 && column < s.width && row < s.height ? s.samples[row * s.width + column] : undefined;
     const label = scan.unit === 'labels' ? labelsOf(this.store.state).find((l) => l.label === value)?.name : undefined;
-    this.corners['bl']!.textContent = value === undefined ? '' : label ?? `${Number(value.toPrecision(6))}${scan.unit === 'HU' ? ' HU' : ''}`;
+    const number = value === undefined || isInteger(scan) ? value : Number(value.toPrecision(6));
+    const unit = scan.unit === 'HU' ? ' HU' : '';
+    this.corners['bl']!.textContent = number === undefined ? '' : label ?? `${number}${unit}`;
   }
 
   private render(): void {
