@@ -21,6 +21,8 @@ def to_vtk(mesh: Mesh) -> Any:
     # VTK's cells know no uint32.
     triangles = mesh.triangles if mesh.triangles.dtype == np.int32 else mesh.triangles.astype(np.int64)
     cells.SetData(3, numpy_to_vtk(triangles.reshape(-1)))
+    # SetData leaves its argument, and makes another array of the same memory.
+    cells.GetConnectivityArray()._numpy_reference = triangles
     surface = vtkPolyData()
     surface.SetPoints(points)
     surface.SetPolys(cells)

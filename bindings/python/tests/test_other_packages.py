@@ -1,7 +1,10 @@
 """Images of other packages arrive at their place in space, and meshes go to other packages."""
 
+import ctypes
+import gc
 import sys
 import types
+import weakref
 
 import marrow
 import numpy as np
@@ -97,6 +100,44 @@ def test_vtk_shares_the_arrays_of_a_mesh(ball):
     del mesh, points
     cell = surface.GetCell(17).GetPoints()
     assert np.array_equal([cell.GetPoint(corner) for corner in range(3)], expected)
+
+
+@pytest.mark.parametrize("dtype", [np.int32, np.uint32])
+def test_surfaces_of_vtk_outlive_the_arrays_of_a_mesh(dtype):
+    """Each array has memory of its own, which is overwritten when it is freed."""
+    pytest.importorskip("vtkmodules")
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonTransforms import vtkTransform
+    from vtkmodules.vtkFiltersGeneral import vtkTransformPolyDataFilter
+
+    points = np.arange(30000).reshape(-1, 3)
+    triangles = points % len(points)
+
+    def array(values, dtype):
+        memory = ctypes.create_string_buffer(values.size * 4)
+        result = np.frombuffer(memory, dtype).reshape(values.shape)
+        result[:] = values
+        weakref.finalize(memory, ctypes.memset, ctypes.addressof(memory), 0x55, len(memory))
+        return result
+
+    def surface():
+        mesh = marrow.Mesh(array(points, np.float32), array(triangles, np.int32))
+        mesh.triangles = mesh.triangles if dtype == np.int32 else mesh.triangles.astype(dtype)
+        return mesh.to_vtk()
+
+    def moved():
+        change = vtkTransformPolyDataFilter()
+        change.SetTransform(vtkTransform())
+        change.SetInputData(surface())
+        change.Update()
+        return change.GetOutput()
+
+    for made in (surface(), moved()):
+        gc.collect()
+        others = [np.full(points.size, 7, np.int64) for _ in range(10)]
+        assert np.array_equal(vtk_to_numpy(made.GetPolys().GetConnectivityArray()), triangles.ravel())
+        assert np.array_equal(vtk_to_numpy(made.GetPoints().GetData()), points)
+        del others
 
 
 @pytest.mark.parametrize("scaled", [False, True])
