@@ -38,8 +38,8 @@ def as_volume(source: Any) -> Volume:
     Volume
         The samples of the image. nibabel's RAS is converted to LPS, and the units of NIfTI and of xarray's
         coordinates to mm; nibabel and xarray scale and load samples that are not in memory. VTK and xarray do not say
-        which way patients lie: their axes are taken as LPS. For a NIfTI image without sform and qform, whose place is
-        unknown, a RuntimeWarning says so.
+        which way patients lie: their axes are taken as LPS. For a NIfTI image without sform and qform and for an
+        image of Analyze, whose place is unknown, a RuntimeWarning says so.
 
     Raises
     ------
@@ -140,7 +140,8 @@ def _placed(array: Array, image: Any, direction: Any, first: Sequence[int]) -> V
     """
     spacing = np.array(list(image.GetSpacing()))
     origin = np.array(list(image.GetOrigin())) + direction @ (spacing * first)
-    return Volume(array, spacing=spacing, origin=origin, direction=direction)
+    direction = np.where(spacing < 0, -direction, direction)  # VTK's spacing may be negative
+    return Volume(array, spacing=np.abs(spacing), origin=origin, direction=direction)
 
 
 def _of_vtk(image: Any) -> Volume:
@@ -155,6 +156,8 @@ def _of_vtk(image: Any) -> Volume:
     if samples.dtype.kind == "S":  # the buffer of VTK's char, which is signed on most machines
         samples = samples.view(np.int8 if scalars.GetDataTypeMin() < 0 else np.uint8)
     nx, ny, nz = image.GetDimensions()
+    if samples.size != nx * ny * nz:
+        raise InputError(f"the vtkImageData has {samples.size} samples instead of {nx} x {ny} x {nz}")
     matrix = image.GetDirectionMatrix()
     direction = np.array([[matrix.GetElement(row, column) for column in range(3)] for row in range(3)])
     return _placed(samples.reshape(nz, ny, nx), image, direction, image.GetExtent()[::2])
@@ -169,17 +172,25 @@ def _of_nibabel(image: Any) -> Volume:
     if image.affine is None:
         raise InputError("the image states no affine: give Volume its samples and their spacing")
     affine = np.array(image.affine, float)
+    missing = _what_gives_no_place(image)
+    if missing:
+        # nibabel makes up an affine then, which mirrors the image.
+        affine = np.diag([*(float(zoom) for zoom in image.header.get_zooms()[:3]), 1.0])
+        warnings.warn(f"{missing}; position and orientation are unknown", RuntimeWarning, stacklevel=3)
     if hasattr(image.header, "get_xyzt_units"):  # NIfTI, which alone states a unit
-        if image.header["sform_code"] <= 0 and image.header["qform_code"] <= 0:
-            # nibabel makes up an affine then, which mirrors the image.
-            affine = np.diag([*(float(zoom) for zoom in image.header.get_zooms()[:3]), 1.0])
-            warnings.warn(
-                "the NIfTI header has neither sform nor qform; position and orientation are unknown",
-                RuntimeWarning,
-                stacklevel=3,
-            )
         affine[:3] *= _NIFTI_UNITS.get(int(image.header["xyzt_units"]) & 7, 1)
     return Volume(array.T, affine=affine, space="RAS")  # the axes are i, j, k
+
+
+def _what_gives_no_place(image: Any) -> Optional[str]:
+    """Return what is missing in a header of nibabel that does not place the image in space."""
+    header = image.header
+    if hasattr(header, "get_xyzt_units"):
+        is_placed = header["sform_code"] > 0 or header["qform_code"] > 0
+        return None if is_placed else "the NIfTI header has neither sform nor qform"
+    # Analyze, whose images get the base affine unless SPM has stored another one.
+    is_base = hasattr(header, "get_base_affine") and np.array_equal(image.affine, header.get_base_affine())
+    return "the Analyze header has no affine" if is_base else None
 
 
 def _of_xarray(source: Any) -> tuple[Any, dict[str, Any]]:
@@ -213,7 +224,7 @@ def _lengths(coordinates: Any, dim: Any) -> Array:
             f"the coordinates along {dim} are of type {values.dtype} and no lengths: drop them, with .drop_vars()"
         )
     unit = coordinates.attrs.get("units", "mm")
-    if unit not in _LENGTHS:
+    if not isinstance(unit, str) or unit not in _LENGTHS:
         raise InputError(
             f"the coordinates along {dim} have the unit {unit!r}: convert them to one of {', '.join(_LENGTHS)}"
         )

@@ -68,6 +68,18 @@ def test_vtk_without_samples_at_points_is_refused(vtk_image):
         marrow.as_volume(vtk_image)
 
 
+def test_scalars_of_vtk_that_do_not_fit_the_image_are_refused(vtk_image):
+    vtk_image.SetDimensions(3, 4, 5)
+    with pytest.raises(marrow.InputError, match="3 x 4 x 5"):
+        marrow.as_volume(vtk_image)
+
+
+def test_a_negative_spacing_of_vtk_mirrors_the_image(ball, vtk_image):
+    vtk_image.SetSpacing(0.5, -1, 2)
+    test_a_sample_of_vtk_lies_where_vtk_says(ball, vtk_image)
+    assert marrow.as_volume(vtk_image).spacing.tolist() == [0.5, 1, 2]
+
+
 def test_chars_of_vtk_are_integers_and_bits_are_refused(vtk_image):
     from vtkmodules.vtkCommonCore import vtkBitArray, vtkCharArray
 
@@ -188,6 +200,22 @@ def test_an_image_of_nibabel_without_a_place_is_not_mirrored(ball, tmp_path):
     own = marrow.read(tmp_path / "ball.nii")
     assert np.array_equal(volume.affine, own.affine) and volume.spacing.tolist() == [2, 3, 4]
     assert "neither sform nor qform" in own.warnings[0]
+
+
+@pytest.mark.parametrize("kind", ["AnalyzeImage", "Spm99Analyze", "Spm2Analyze"])
+def test_an_analyze_image_of_nibabel_has_no_place_but_its_spacing(ball, tmp_path, kind):
+    nibabel = pytest.importorskip("nibabel")
+    kind = getattr(nibabel, kind, None) or getattr(nibabel, kind.replace("Analyze", "AnalyzeImage"))
+    image = kind(ball.T, None)
+    image.header.set_zooms((2, 3, 4))
+    nibabel.save(image, tmp_path / "ball.img")
+    (tmp_path / "ball.mat").unlink(missing_ok=True)
+    with pytest.warns(RuntimeWarning, match="Analyze header") as warned:
+        volume = marrow.as_volume(kind.load(tmp_path / "ball.img"))
+    assert warned[0].filename == __file__
+    assert volume.spacing.tolist() == [2, 3, 4] and np.array_equal(volume.direction, np.diag([-1, -1, 1]))
+    placed = kind(ball.T, np.array([[2, 0, 0, 10], [0, 3, 0, 20], [0, 0, 4, 30], [0, 0, 0, 1.0]]))
+    assert np.allclose(marrow.as_volume(placed).origin, [-10, -20, 30])
 
 
 def test_an_image_of_nibabel_without_an_affine_is_refused(ball):
@@ -315,7 +343,8 @@ def test_coordinates_of_xarray_are_lengths(ball):
         volume = marrow.as_volume(xarray.DataArray(ball, {"z": z}, ("z", "y", "x")))
         assert volume.affine[2, 2:].tolist() == pytest.approx([mm, mm])
     dates = np.datetime64("2020-01-01") + np.arange(30)
-    for z in (dates.astype("M8[ns]"), [str(n) for n in numbers], ("z", numbers, {"units": "degrees"})):
+    degrees, unhashable = ("z", numbers, {"units": "degrees"}), ("z", numbers, {"units": ["mm"]})
+    for z in (dates.astype("M8[ns]"), [str(n) for n in numbers], degrees, unhashable):
         with pytest.raises(marrow.InputError, match="along z"):
             marrow.as_volume(xarray.DataArray(ball, {"z": z}, ("z", "y", "x")))
 
