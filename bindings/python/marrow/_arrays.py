@@ -37,6 +37,16 @@ def _converted(source: Any) -> Array:
     return array
 
 
+def as_number(value: Any, name: str) -> float:
+    """Return `value` as a number; text is none."""
+    try:
+        if not isinstance(value, str):
+            return float(value)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise InputError(f"{name} is a number, not {value!r}")
+
+
 def sample_dtype(dtype: np.dtype[Any]) -> np.dtype[Any]:
     """Return the type that samples of this type are worked on as; often the same.
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from . import _marrow
 from ._as_volume import as_volume
+from ._marrow import InputError
 from ._scan import Progress
 
 
@@ -92,12 +93,18 @@ def sweep(
     Raises
     ------
     InputError
-        `isovalues` are not finite and ascending.
+        `isovalues` are not numbers, or not finite and ascending.
     Cancelled
         `progress` returned False.
     """
+    try:
+        values = np.asarray(isovalues, float)
+    except (TypeError, ValueError):
+        values = np.empty(())
+    if values.ndim != 1:
+        raise InputError("isovalues are a sequence of numbers, such as [100, 200]")
     native = as_volume(volume)._native()
-    return Sweep(**_marrow.sweep(native, isovalues, topology=topology, threads=threads, progress=progress))
+    return Sweep(**_marrow.sweep(native, values, topology=topology, threads=threads, progress=progress))
 
 
 def find_plateaus(sweep: Sweep, volume: Any) -> list[tuple[float, float]]:

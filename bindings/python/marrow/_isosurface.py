@@ -11,6 +11,7 @@ from typing import Any, NoReturn, Optional, Union
 import numpy as np
 
 from . import _marrow
+from ._arrays import as_number
 from ._as_volume import as_volume
 from ._marrow import Cancelled, EmptySurface, InputError
 from ._mesh import Colour, Mesh
@@ -234,7 +235,8 @@ class IsosurfaceExtractor:
         Cancelled
             `progress` returned False. The extractor can be used as before.
         """
-        mesh = Mesh._of(self._native.extract(isovalue, level=level, progress=progress))
+        value = as_number(isovalue, "the isovalue")
+        mesh = Mesh._of(self._native.extract(value, level=level, progress=progress))
         self._warn_of_failure()
         return mesh
 

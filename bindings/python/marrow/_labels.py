@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Optional, Union
@@ -83,6 +84,7 @@ def labels(
     Cancelled
         `progress` returned False.
     """
+    entries = entries_of(table)
     volume = as_volume(volume)
     values, numbers, number = renumbered(volume.array, background)
     surfaces = _marrow.labels(
@@ -93,12 +95,16 @@ def labels(
         threads=threads,
         progress=progress,
     )
-    return named({n if values is None else int(values[n]): arrays for n, arrays in surfaces.items()}, table)
+    return named({n if values is None else int(values[n]): arrays for n, arrays in surfaces.items()}, entries)
 
 
-def named(surfaces: Mapping[int, Any], table: Union[Path, Mapping[int, LabelEntry], None]) -> dict[int, Mesh]:
+def entries_of(table: Union[Path, Mapping[int, LabelEntry], None]) -> Mapping[int, LabelEntry]:
+    """Return the entries of a table, of which files are read: call it before long work."""
+    return table if isinstance(table, Mapping) else read_label_table(table) if table is not None else {}
+
+
+def named(surfaces: Mapping[int, Any], entries: Mapping[int, LabelEntry]) -> dict[int, Mesh]:
     """Return the meshes of labels, with names and colours of a table or else the default ones."""
-    entries = table if isinstance(table, Mapping) else read_label_table(table) if table is not None else {}
     meshes = {}
     for label, arrays in surfaces.items():
         entry = entries.get(label, LabelEntry(""))
@@ -144,6 +150,9 @@ def renumbered(array: Array, background: int = 0, most: int = 65536) -> tuple[Op
     The background is one of these labels, and its index comes last. Maps of types that the core takes anyway are
     returned as they are, with None and the background itself. At most `most` labels include the background.
     """
+    if not hasattr(background, "__index__"):
+        raise InputError(f"the background label is an integer, not {background!r}")
+    background = operator.index(background)
     kind, size = array.dtype.kind, array.dtype.itemsize
     if kind not in "ui" or size < 4 or (kind == "i" and size == 4):
         return None, array, background
@@ -158,7 +167,7 @@ def renumbered(array: Array, background: int = 0, most: int = 65536) -> tuple[Op
         raise InputError(
             f"the map has {len(values) - 1} labels besides the background, more than {most - 1}; extract a part of it"
         )
-    numbers = np.empty(array.shape, np.int32)
+    numbers = np.empty_like(array, np.int32, subok=False)  # in the same order in memory
     for part, to in zip(array, numbers):
         to[...] = np.searchsorted(values, part)
     return values, numbers, int(np.searchsorted(values, outside[0]))

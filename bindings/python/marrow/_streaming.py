@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _marrow
-from ._arrays import Array, as_samples_of, sample_dtype
+from ._arrays import Array, as_number, as_samples_of, sample_dtype
 from ._as_volume import as_slices
 from ._marrow import InputError
 from ._mesh import FileSpace
@@ -85,6 +85,7 @@ def extract_to_file(
     IoError, Cancelled
         As `read` and `Mesh.write`. Exceptions of `source` arrive as they are.
     """
+    isovalue = as_number(isovalue, "the isovalue")
     options: dict[str, Any] = {
         "max_memory": _bytes(max_memory),
         "closed": closed,

@@ -28,8 +28,9 @@ from dask.base import is_dask_collection
 from numpy.typing import ArrayLike
 
 from . import _marrow
+from ._arrays import as_number
 from ._blocks import Block, KnownChunks, Source, chunks_of, label_part_of, part_of, parts_of, read_labels
-from ._labels import LabelEntry, named, renumbered
+from ._labels import LabelEntry, entries_of, named, renumbered
 from ._marrow import EmptySurface, InputError
 from ._mesh import FileSpace, Mesh
 from ._scan import Path
@@ -90,6 +91,7 @@ def extract(
     LimitError
         More than 2^32 - 1 points, or not enough memory.
     """
+    isovalue = as_number(isovalue, "the isovalue")
     source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     with _Tasks(client) as tasks:
         parts = [
@@ -160,8 +162,10 @@ def extract_to_file(
     IoError
         A worker cannot write the file. The old file stays.
     """
+    isovalue = as_number(isovalue, "the isovalue")
     source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     path = os.path.abspath(path)
+    _marrow.FileOfParts(path, 0, 0, normals=True, space=space).discard()  # refuses what cannot be written
     with _Tasks(client) as tasks:
         layers = list(source.layers(blocks, whole_rows=True, threads=tasks.threads()))
         counts = [
@@ -269,6 +273,8 @@ def write_fragments(
     """
     if not hasattr(segment, "__index__") or not 0 <= operator.index(segment) < 2**64:
         raise InputError(f"segment is a number from 0 to 2^64 - 1, not {segment!r}")
+    segment = int(segment)  # which True is not
+    isovalue = as_number(isovalue, "the isovalue")
     source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     target = FilePath(folder).absolute()
     has_info = _is_of_meshes(target / "info")
@@ -334,7 +340,7 @@ def labels(
     Returns
     -------
     dict of int to Mesh
-        The surfaces by label, with the bytes of `marrow.labels` of the whole array.
+        The surfaces by label, with the bytes of `marrow.labels` of the whole array in C order.
 
     Raises
     ------
@@ -345,6 +351,7 @@ def labels(
     """
     source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     halo = _marrow.label_part_halo(relax)
+    entries = entries_of(table)
     if blocks is not None:
         blocks = (*blocks[:2], source.array.shape[2])
     with _Tasks(client) as tasks:
@@ -368,7 +375,7 @@ def labels(
         (*part, [(number_of[label], *arrays) for label, *arrays in surfaces]) for part, surfaces in parts
     ]
     merged = _marrow.merge_label_parts(numbered, normals=normals)
-    return named({values[number]: arrays for number, arrays in merged.items()}, table)
+    return named({values[number]: arrays for number, arrays in merged.items()}, entries)
 
 
 class _Tasks:
