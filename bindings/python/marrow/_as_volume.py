@@ -64,17 +64,29 @@ def as_slices(source: Any, **place: Any) -> tuple[Any, Geometry]:
     """
     volume = _in_memory(source)
     if volume is not None:
+        if volume.rescale != (1.0, 0.0):
+            raise InputError(
+                "the samples of this Volume are not its values: give Volume(volume.array, affine=volume.affine)"
+            )
         array, geometry = volume.array, volume._geometry
     elif _is_xarray(source):
         array, own = _of_xarray(source)
-        geometry = Geometry(array.shape, **own)
+        geometry = Geometry(_known_shape(array), **own)
     elif _has(source, "shape", "dtype", "__getitem__"):
-        return source, Geometry(source.shape, **place)
+        return source, Geometry(_known_shape(source), **place)
     else:
         raise InputError(f"a {type(source).__qualname__} has no shape, dtype and slices: give a path or an array")
     if any(value is not None for value in place.values()):
         raise InputError(f"a {type(source).__qualname__} has its own spacing, origin and direction: do not give others")
     return array, geometry
+
+
+def _known_shape(array: Any) -> tuple[int, ...]:
+    """Return the shape of an array, which Dask does not always know."""
+    shape: tuple[int, ...] = array.shape
+    if any(size != size for size in shape):  # NaN
+        raise InputError("the array has chunks of unknown size: call its compute_chunk_sizes() first")
+    return shape
 
 
 def _in_memory(source: Any) -> Optional[Volume]:

@@ -39,6 +39,7 @@ class Block:
     whole: tuple[int, ...]  #: samples of the whole array
     first: tuple[int, ...]  #: the first sample of the block
     dims: tuple[int, ...]  #: its samples; it shares the last ones with the next blocks
+    dtype: Any  #: that the array promises for its samples
     slices_at_once: int = 1  #: slices that are read together, because they are stored together
     halo: int = 1  #: samples around the block that a task reads too; one for normals
 
@@ -146,6 +147,8 @@ class Source:
         With `threads`, of all workers together, a task has some of a block's slices at a time.
         """
         shape = self.array.shape
+        if 0 in shape:
+            return
         chunks = [_chunk(self.array, axis) for axis in range(3)]
         at_once = -(-LEAST_SLICES // chunks[0]) * chunks[0]
         if blocks is None:
@@ -157,20 +160,19 @@ class Source:
         if len(blocks) != 3 or min(blocks) < 1:
             raise InputError(f"blocks are three sizes of at least one sample, not {blocks!r}")
         nz, ny, nx = (_ranges(n, block, chunk) for n, block, chunk in zip(shape, blocks, chunks))
+        whole, dtype = tuple(reversed(shape)), np.dtype(self.array.dtype)
         for z in nz:
             yield [
-                Block(tuple(reversed(shape)), (x[0], y[0], z[0]), (x[1] - x[0], y[1] - y[0], z[1] - z[0]), at_once)
+                Block(whole, (x[0], y[0], z[0]), (x[1] - x[0], y[1] - y[0], z[1] - z[0]), dtype, at_once)
                 for y in ny
                 for x in nx
             ]
 
 
 def _chunk(array: Any, axis: int) -> int:
-    """Return the samples that are stored together along an axis: Dask's chunks may differ in size."""
+    """Return the most samples stored together along an axis: Dask's chunks differ in size, and may be empty."""
     chunks = getattr(array, "chunks", None)
-    if not chunks:
-        return 1
-    return int(chunks[axis] if isinstance(chunks[axis], (int, np.integer)) else chunks[axis][0])
+    return max(1, int(np.max(chunks[axis]))) if chunks else 1
 
 
 def _default_blocks(
@@ -255,21 +257,20 @@ def parts_of(
 
     Chunks that are known are not read.
     """
+    regions = [step.with_halo() for step in steps]
+    begin, y, x = regions[0][1]
+    rows = (y.stop - y.start, x.stop - x.start)
+    dtype = sample_dtype(steps[0].dtype)
     if isinstance(samples, np.ndarray):
-        samples = as_samples(as_array(samples))
+        shape = (regions[-1][1][0].stop - begin.start, *rows)
+        samples = as_samples_of(samples, shape, dtype, "a block of the array")
         samples = np.require(samples, requirements=["C", "ALIGNED"])  # after a message it may be neither
-        z = steps[0].with_halo()[0][2]
-        for step in steps:
-            first, slices = step.with_halo()
-            yield _array_part(samples[slices[0].start - z : slices[0].stop - z], first, step, geometry)
+        for step, (first, (z, _, _)) in zip(steps, regions):
+            yield _array_part(samples[z.start - begin.start : z.stop - begin.start], first, step, geometry)
         return
 
     reader = samples.open() if isinstance(samples, _Image) else None
-    regions = [step.with_halo() for step in steps]
-    most_slices = max(z.stop - z.start for _, (z, _, _) in regions)
-    _, y, x = regions[0][1]
-    shape = (most_slices, y.stop - y.start, x.stop - x.start)
-    buffer: Array = np.empty(shape, sample_dtype(np.dtype(samples.dtype)))
+    buffer: Array = np.empty((max(z.stop - z.start for _, (z, _, _) in regions), *rows), dtype)
     held = range(0)  # the slices in the buffer
     for step, (first, (wanted, _, _)) in zip(steps, regions):
         kept = max(held.stop - wanted.start, 0)

@@ -343,6 +343,8 @@ def test_fragments_go_beside_others_but_replace_no_other_info(client, tmp_path):
     (tmp_path / "info").write_bytes(meshes)
     marrow.dask.write_fragments(samples, 2, tmp_path, segment=2**64 - 1)
     assert (tmp_path / "info").read_bytes() == meshes and (tmp_path / f"{2**64 - 1}:0").exists()
+    marrow.dask.write_fragments(samples, 2, tmp_path, segment=True)
+    assert (tmp_path / "1:0").exists()
     for number, other in enumerate((b'{"@type": "neuroglancer_multiscale_volume"}', b'{"scales": []}', b"[]", b"?")):
         folder = tmp_path / str(number)
         folder.mkdir()
@@ -423,6 +425,84 @@ def test_blocks_of_another_type_than_that_of_the_array_are_refused(client, tmp_p
     source.dtype = np.dtype("f4")
     with pytest.raises(marrow.InputError, match="float64, .* float32"):
         marrow.dask.extract(source, 2)
+
+
+def test_blocks_of_dask_that_are_not_what_the_array_promises_are_refused(client, tmp_path):
+    array = dask.array.from_array(noise(np.random.default_rng(10), (20, 20, 20), "u1"), chunks=8)
+    for source, message in (
+        (array.map_blocks(lambda block: block * 1.5, dtype="i2"), "float64, .* int16"),
+        (array.map_blocks(lambda block: block[:-1], dtype="u1"), "has the shape"),
+    ):
+        for call in (
+            lambda: marrow.dask.extract(source, 2, blocks=(8, 8, 8)),
+            lambda: marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply"),
+        ):
+            with pytest.raises(marrow.InputError, match=message):
+                call()
+
+
+def test_chunks_may_be_empty_but_not_of_unknown_size(client, tmp_path):
+    samples = noise(np.random.default_rng(13), (20, 20, 20), "u1")
+    uneven = dask.array.from_array(samples, chunks=((0, 3, 0, 17), (20,), (1, 19)))
+    assert same_bytes(marrow.dask.extract(uneven, 2), marrow.extract(samples, 2))
+    assert _blocks._chunk(uneven, 0) == 17 and _blocks._chunk(uneven, 2) == 19
+    unknown = uneven[uneven[:, 0, 0] < 100]
+    for call in (
+        lambda: marrow.dask.extract(unknown, 2),
+        lambda: marrow.dask.labels(unknown),
+        lambda: marrow.extract_to_file(unknown, 2, tmp_path / "surface.ply"),
+    ):
+        with pytest.raises(marrow.InputError, match="compute_chunk_sizes"):
+            call()
+    assert same_bytes(marrow.dask.extract(unknown.compute_chunk_sizes(), 2), marrow.extract(samples, 2))
+
+
+@pytest.mark.parametrize("shape", [(0, 4, 4), (4, 0, 4), (4, 4, 0)])
+def test_arrays_without_samples_have_no_surface(client, tmp_path, shape):
+    array = np.zeros(shape, np.uint8)
+    for source in (array, dask.array.from_array(array), zarr.zeros(shape, dtype="u1")):
+        for call in (
+            lambda: marrow.dask.extract(source, 2),
+            lambda: marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply"),
+            lambda: marrow.dask.write_fragments(source, 2, tmp_path / "mesh"),
+        ):
+            with pytest.raises(marrow.EmptySurface):
+                call()
+        assert marrow.dask.labels(source) == marrow.labels(array) == {}
+
+
+def test_samples_that_are_not_the_values_are_refused(client, tmp_path):
+    """The surface of the values, as float32, has other bytes than that of the samples."""
+    samples = noise(np.random.default_rng(14), (20, 20, 20), "i2")
+    volume = marrow.Volume(samples, spacing=2)._with_rescale((0.1, -3.4))
+    for call in (
+        lambda: marrow.dask.extract(volume, -3.2),
+        lambda: marrow.dask.extract_to_file(volume, -3.2, tmp_path / "surface.ply"),
+        lambda: marrow.dask.labels(volume),
+    ):
+        with pytest.raises(marrow.InputError, match=r"Volume\(volume.array"):
+            call()
+    values = marrow.Volume(volume.array, affine=volume.affine)
+    assert same_bytes(marrow.dask.extract(values, -3.2), marrow.extract(values, -3.2))
+
+
+def test_arguments_are_checked_before_the_array_is_read(client, tmp_path):
+    samples = noise(np.random.default_rng(6), (40, 20, 20), "u1")
+    source = SlowArray(stored(tmp_path, samples, (8, 8, 8)), tmp_path / "reads")
+    path = tmp_path / "surface.ply"
+    for error, call in (
+        (marrow.InputError, lambda: marrow.dask.extract_to_file(source, 2, tmp_path / "surface.obj")),
+        (marrow.InputError, lambda: marrow.dask.extract_to_file(source, 2, path, space="XYZ")),
+        (marrow.IoError, lambda: marrow.dask.extract_to_file(source, 2, tmp_path / "missing" / "surface.ply")),
+        (marrow.InputError, lambda: marrow.dask.extract_to_file(source, "bone", path)),
+        (marrow.InputError, lambda: marrow.dask.extract(source, None)),
+        (marrow.InputError, lambda: marrow.dask.write_fragments(source, "bone", tmp_path / "mesh")),
+        (marrow.IoError, lambda: marrow.dask.labels(source, table=tmp_path / "missing.txt")),
+    ):
+        with pytest.raises(error) as raised:
+            call()
+        assert "\n" not in str(raised.value)
+    assert source.reads() == 0 and os.listdir(tmp_path) == ["samples.zarr"]
 
 
 def test_masked_samples_are_refused(client, tmp_path):
@@ -516,7 +596,7 @@ def test_blocks_of_a_store_fit_in_memory_and_occupy_all_workers():
 def test_steps_read_each_slice_once():
     """A step reads whole chunks, beside those that the step before has read."""
     for whole, first, dims, at_once in ((64, 0, 64, 16), (64, 17, 30, 16), (65, 1, 64, 16), (40, 33, 7, 16), (9, 0, 1, 4)):
-        block = _blocks.Block((5, 5, whole), (0, 0, first), (5, 5, dims), at_once)
+        block = _blocks.Block((5, 5, whole), (0, 0, first), (5, 5, dims), np.dtype("u1"), at_once)
         steps = block.steps()
         assert steps[0].first[2] == first and steps[-1].first[2] + steps[-1].dims[2] == first + dims
         ends = [step.with_halo()[1][0].stop for step in steps]
