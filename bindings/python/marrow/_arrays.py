@@ -20,7 +20,7 @@ def as_array(source: Any) -> Array:
     """
     array = source if isinstance(source, np.ndarray) else _converted(source)
     if isinstance(array, np.ma.MaskedArray):
-        raise InputError("a masked array has samples without a value: fill them first, with .filled(value)")
+        raise InputError("a masked array has elements without a value: fill them first, with .filled(value)")
     return array
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _marrow
-from ._arrays import Array
+from ._arrays import Array, as_array
 from ._marrow import InputError, IoError
 from ._measures import Distance, MeshCheck, MeshMeasures, Roughness, TriangleQuality
 from ._scan import Path, Progress
@@ -54,8 +54,8 @@ class Mesh:
     Raises
     ------
     InputError
-        An array has another shape or no numbers, a triangle names a point that does not exist, or a number of
-        `colour` is not from 0 to 1.
+        An array has another shape, no numbers or a mask, a triangle names a point that does not exist, `name` is no
+        text, or a number of `colour` is not from 0 to 1.
 
     Notes
     -----
@@ -85,7 +85,7 @@ class Mesh:
         self.points = _vectors("points", points)
         self.triangles = _indices(triangles, len(self.points))
         self.normals = None if normals is None else _vectors("normals", normals)
-        self.name = name
+        self.name = _name(name)
         self.colour = _colour(colour)
         if self.normals is not None and len(self.normals) != len(self.points):
             raise InputError(f"there are {len(self.normals)} normals for {len(self.points)} points")
@@ -102,7 +102,7 @@ class Mesh:
     def _surface(self) -> tuple[Any, ...]:
         """Return what files hold of the mesh."""
         arrays, colours = (self.trust._arrays(), self.trust.colours) if self.trust else ([], None)
-        return self._native(), self.name, _colour(self.colour), arrays, colours
+        return self._native(), _name(self.name), _colour(self.colour), arrays, colours
 
     def _native(self) -> _marrow.ArrayMesh:
         return _marrow.ArrayMesh(self.points, self.triangles, self.normals)
@@ -422,6 +422,15 @@ def write_meshes(
         _verify(meshes, path, space)
 
 
+def _name(name: str) -> str:
+    """Return the name, if files can hold it: they hold UTF-8."""
+    try:
+        name.encode()
+    except (AttributeError, UnicodeEncodeError):
+        raise InputError(f"the name of a mesh is Unicode text, not {name!r}") from None
+    return name
+
+
 def _colour(values: Optional[Sequence[float]]) -> Optional[Colour]:
     """Return red, green and blue, or None. Files hold no other numbers than from 0 to 1."""
     if values is None:
@@ -449,13 +458,17 @@ def _verify(meshes: Sequence[Mesh], path: Path, space: FileSpace) -> None:
         corners = np.concatenate([mesh.triangles for mesh in meshes])
         written = written[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
     read = found.points[found.triangles]
-    tolerance = float(np.finfo(np.float32).eps) if str(path).lower().endswith(".glb") else 0.0
-    if stated != space or written.shape != read.shape or not np.allclose(written, read, rtol=tolerance, atol=0):
+    relative = absolute = 0.0
+    if str(path).lower().endswith(".glb"):
+        float32 = np.finfo(np.float32)
+        relative, absolute = float(float32.eps), 1000 * float(float32.smallest_subnormal)  # of metres
+    is_same = written.shape == read.shape and np.allclose(written, read, rtol=relative, atol=absolute)
+    if stated != space or not is_same:
         raise IoError(f"'{path}' differs from what was written")
 
 
 def _vectors(name: str, values: ArrayLike) -> NDArray[np.float32]:
-    array = np.asarray(values)
+    array = as_array(values)
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"{name} have the shape {array.shape} instead of (n, 3)")
     if array.dtype.kind not in "iuf":
@@ -464,7 +477,7 @@ def _vectors(name: str, values: ArrayLike) -> NDArray[np.float32]:
 
 
 def _indices(values: ArrayLike, points: int) -> Array:
-    array = np.asarray(values)
+    array = as_array(values)
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"triangles have the shape {array.shape} instead of (m, 3)")
     if array.dtype.kind not in "iu":

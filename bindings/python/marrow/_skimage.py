@@ -174,7 +174,7 @@ def _three_axes(volume: ArrayLike) -> NDArray[Any]:
 def _mask(mask: ArrayLike, shape: tuple[int, ...], closed: bool, snap: float) -> NDArray[Any]:
     if closed or snap:
         raise InputError("a mask goes with neither closed nor snap")
-    array = np.asarray(mask, bool)
+    array = as_array(mask).astype(bool, copy=False)
     if array.shape != shape:
         raise InputError(f"the mask has the shape {array.shape}, and the volume {shape}")
     if max(shape) > _MOST_MASKED:
@@ -193,7 +193,7 @@ def _with_numbers_for_infinity(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _middle(array: NDArray[Any]) -> float:
-    middle = 0.5 * (float(array.min()) + float(array.max()))
+    middle = 0.5 * float(array.min()) + 0.5 * float(array.max())  # their sum may overflow
     if not math.isfinite(middle):
         raise InputError("the volume has samples that are not finite: give the level")
     return middle

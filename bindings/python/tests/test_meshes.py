@@ -313,6 +313,11 @@ def test_verification_knows_that_3mf_leaves_out_triangles_with_equal_corners(mes
     assert len(marrow.read_mesh(tmp_path / "more.3mf").triangles) == len(mesh.triangles)
 
 
+def test_verification_allows_for_the_steps_of_float32_in_metres(tmp_path):
+    points = np.array([[0, 0, 0], [1, 0, 1e-42], [0, 1, 3e-44]], np.float32)
+    marrow.Mesh(points, [[0, 1, 2]]).write(tmp_path / "tiny.glb", verify=True)
+
+
 @pytest.mark.parametrize("shape", [(3,), (5, 5), (2, 3)])
 def test_the_bound_of_smoothing_is_a_matrix(mesh, shape):
     with pytest.raises(marrow.InputError, match="bound has the shape"):
@@ -344,6 +349,24 @@ def test_several_meshes_share_a_file(mesh, tmp_path):
     with pytest.raises(marrow.InputError):
         marrow.write_meshes([], tmp_path / "none.3mf")
     assert [path.name for path in tmp_path.iterdir()] == ["two.3mf"]
+
+
+@pytest.mark.parametrize("name", [5, b"bone", None, "\udcff"])
+def test_names_that_files_cannot_hold_are_refused(mesh, tmp_path, name):
+    with pytest.raises(marrow.InputError, match="name of a mesh"):
+        marrow.Mesh(mesh.points, mesh.triangles, name=name)
+    named = marrow.Mesh(mesh.points, mesh.triangles)
+    named.name = name
+    with pytest.raises(marrow.InputError, match="name of a mesh"):
+        named.write(tmp_path / "named.obj")
+
+
+@pytest.mark.parametrize("masked", ["points", "triangles", "normals"])
+def test_masked_arrays_are_refused(mesh, masked):
+    arrays = {"points": mesh.points, "triangles": mesh.triangles, "normals": mesh.normals}
+    arrays[masked] = np.ma.masked_equal(arrays[masked], 0)
+    with pytest.raises(marrow.InputError, match="filled"):
+        marrow.Mesh(**arrays)
 
 
 def test_errors_of_files(mesh, tmp_path):

@@ -150,6 +150,18 @@ def test_the_default_level_is_the_middle():
         assert_same(marrow.marching_cubes(volume), theirs, (1, 1, 1))
 
 
+def test_the_default_level_does_not_overflow():
+    samples = np.full((4, 4, 4), 1e308)
+    samples[1:3, 1:3, 1:3] = 1.7e308
+    assert np.array_equal(marrow.marching_cubes(samples).verts, marrow.marching_cubes(samples, 1.35e308).verts)
+
+
+def test_a_mask_with_a_mask_is_refused():
+    mask = np.ma.masked_array(np.ones((4, 4, 4), bool), False)
+    with pytest.raises(marrow.InputError, match="filled"):
+        marrow.marching_cubes(np.arange(64).reshape(4, 4, 4), 20.5, mask=mask)
+
+
 def test_without_finite_samples_the_level_must_be_given():
     volume = ball()
     volume[0, 0, 0] = np.nan
