@@ -57,9 +57,16 @@ class Geometry:
             negate = np.array([-1.0, -1.0, 1.0])
             self.origin = negate * self.origin
             self.direction = negate[:, None] * self.direction
+        self._make_read_only()
+        _marrow.check_geometry(shape, self.spacing, self.origin, self.direction)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._make_read_only()  # which copies and pickles of arrays are not
+
+    def _make_read_only(self) -> None:
         for values in (self.spacing, self.origin, self.direction):
             values.flags.writeable = False
-        _marrow.check_geometry(shape, self.spacing, self.origin, self.direction)
 
 
 class Volume:

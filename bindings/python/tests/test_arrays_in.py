@@ -1,6 +1,8 @@
 """Arrays of every kind become volumes, without copies where none is promised."""
 
 import array as buffers
+import copy
+import pickle
 
 import marrow
 import numpy as np
@@ -246,6 +248,15 @@ def test_a_part_stays_at_its_place(ball):
     part = volume[4::2, :, 9:2:-3]
     assert np.shares_memory(part.array, ball)
     assert np.allclose(part.affine @ [1, 2, 3, 1], volume.affine @ [9 - 3, 2, 4 + 6, 1])
+
+
+@pytest.mark.parametrize("copied", [lambda volume: pickle.loads(pickle.dumps(volume)), copy.copy, copy.deepcopy])
+def test_the_geometry_of_copies_is_read_only(ball, copied):
+    volume = copied(marrow.Volume(ball, spacing=(1, 2, 3), origin=(4, 5, 6)))
+    assert volume.spacing.tolist() == [1, 2, 3] and volume.origin.tolist() == [4, 5, 6]
+    for values in (volume.spacing, volume.origin, volume.direction):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 7
 
 
 def test_nan_is_outside(ball):
