@@ -42,9 +42,9 @@ MeshFormat format_of(const fs::path& file) {
     }
 }
 
-// Calls fail(index) for the first triangle whose corners differ by more than rounding.
-template <class Fail>
-void compare_triangles(std::span<const MeshObject> objects, const Mesh& found, float tolerance,
+// Calls fail(index) for the first triangle whose corners differ by more than tolerance(coordinate).
+template <class Tolerance, class Fail>
+void compare_triangles(std::span<const MeshObject> objects, const Mesh& found, const Tolerance& tolerance,
                        const Fail& fail) {
     std::size_t at = 0;
     for (const MeshObject& object : objects) {
@@ -52,7 +52,7 @@ void compare_triangles(std::span<const MeshObject> objects, const Mesh& found, f
             for (std::size_t c = 0; c < 3; ++c) {
                 const Vec3f &a = object.mesh.points[t[c]], &b = found.points[found.triangles[at][c]];
                 for (std::size_t axis = 0; axis < 3; ++axis) {
-                    if (!(std::abs(a[axis] - b[axis]) <= tolerance * std::abs(a[axis]))) fail(at);
+                    if (!(std::abs(a[axis] - b[axis]) <= tolerance(a[axis]))) fail(at);
                 }
             }
             ++at;
@@ -152,8 +152,13 @@ void verify(std::span<const MeshObject> objects, const fs::path& file, Space spa
     // STL has no list of points: the reader merges those of the same coordinates.
     if (found.points.size() != points && !is_one_of(format, MeshFormat::stl, MeshFormat::dicom))
         fail(fmt::format("it has {} points instead of {}", found.points.size(), points));
-    // A coordinate is rounded twice on its way to metres and back.
-    const float tolerance = format == MeshFormat::glb ? std::numeric_limits<float>::epsilon() : 0;
+    // A coordinate is rounded twice on its way to metres and back; tiny ones to a step of the least floats.
+    const auto tolerance = [&](float coordinate) {
+        using Limits = std::numeric_limits<float>;
+        return format == MeshFormat::glb
+                   ? Limits::epsilon() * std::abs(coordinate) + 1000 * Limits::denorm_min()
+                   : 0;
+    };
     compare_triangles(objects, found, tolerance, [&](std::size_t triangle) {
         fail(fmt::format("triangle {} has other corners or another orientation", triangle));
     });

@@ -448,6 +448,14 @@ TEST_F(CommandLine, VerifyFindsAnotherMesh) {
     other = written;
     for (Vec3f& p : other.points) p[0] = -p[0];
     EXPECT_THROW(verify_as(other, Space::LPS), CheckFailed);
+    // In metres, a tiny coordinate is a step of the least floats.
+    other = written;
+    other.points[0][0] = 1.2e-42f;
+    const std::filesystem::path in_metres = folder / "ball.glb";
+    write_mesh(other, in_metres);
+    EXPECT_NO_THROW(verify(std::array{MeshObject{other}}, in_metres, Space::LPS));
+    other.points[0][0] = 1e-20f;
+    EXPECT_THROW(verify(std::array{MeshObject{other}}, in_metres, Space::LPS), CheckFailed);
 }
 
 TEST_F(CommandLine, SaysTheRangeOfSamplesIfThereIsNoSurface) {
