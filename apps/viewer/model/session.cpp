@@ -8,7 +8,7 @@
 
 #include <marrow/tissue_presets.h>
 
-#include "shared/decimal_text.h"
+#include "number_text.h"
 
 namespace marrow::viewer {
 namespace {
@@ -84,7 +84,7 @@ double Measurement::value() const {
 }
 
 QString Measurement::text() const {
-    return QString::fromStdString(apps::decimal_text(value(), 1)) + (points.size() == 2 ? " mm" : "°");
+    return decimal_text(value(), 1) + (points.size() == 2 ? " mm" : "°");
 }
 
 const SurfaceParameters* Parameters::find(int id) const {

@@ -10,9 +10,8 @@
 #include <QPainterPath>
 #include <QWheelEvent>
 
+#include "model/number_text.h"
 #include "scene_parts.h"
-#include "shared/decimal_text.h"
-#include "shared/sample_text.h"
 #include "window_presets.h"
 
 namespace marrow::viewer {
@@ -351,14 +350,12 @@ QString SliceView::value_at(const QPointF& slice_point) const {
     const auto text = [&] {
         if (!slab_samples_.empty()) {
             const double value = slab_samples_[static_cast<std::size_t>(v * width + u)];
-            return slab_.mode == Slab::Mode::mean ? QString::number(value, 'g', 4)
-                                                  : QString::fromStdString(apps::value_text(value));
+            return slab_.mode == Slab::Mode::mean ? QString::number(value, 'g', 4) : value_text(value);
         }
         Vec3d index = slice_.to_index({u, v}, session_.crosshair());
         index[static_cast<std::size_t>(slice_.through)] = static_cast<double>(number_);
-        return QString::fromStdString(
-            apps::value_text(sample_at(session_.scan()->volume, std::llround(index[0]),
-                                       std::llround(index[1]), std::llround(index[2]))));
+        return value_text(sample_at(session_.scan()->volume, std::llround(index[0]), std::llround(index[1]),
+                                    std::llround(index[2])));
     };
     return text() + (session_.scan()->hounsfield ? " HU" : "");
 }
@@ -382,7 +379,7 @@ QString SliceView::slab_text() const {
                              geometry.spacing[static_cast<std::size_t>(slice_.through)];
     return QString("%1 %2 mm")
         .arg(slab_.mode == Slab::Mode::mean ? tr("mean") : tr("MIP"))
-        .arg(QString::fromStdString(apps::decimal_text(thickness, 1)));
+        .arg(decimal_text(thickness, 1));
 }
 
 void SliceView::paint_texts(QPainter& painter) {
@@ -409,8 +406,7 @@ void SliceView::paint_texts(QPainter& painter) {
     constexpr int kNarrow = 200;  // pixels; there is no room for the position next to the name
     if (width() >= kNarrow)
         write(Qt::AlignTop | Qt::AlignRight,
-              QString("%1 %2 mm").arg(side, QString::fromStdString(apps::decimal_text(std::abs(p[axis]), 1))),
-              faint);
+              QString("%1 %2 mm").arg(side, decimal_text(std::abs(p[axis]), 1)), faint);
     const std::int64_t slices =
         session_.scan()->volume.geometry().dims[static_cast<std::size_t>(slice_.through)];
     write(Qt::AlignBottom | Qt::AlignRight, QString("%1 / %2").arg(number_ + 1).arg(slices), faint);

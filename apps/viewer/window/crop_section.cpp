@@ -5,7 +5,7 @@
 #include <QSignalBlocker>
 #include <QVariant>
 
-#include "shared/decimal_text.h"
+#include "model/number_text.h"
 #include "views/slice_geometry.h"
 
 namespace marrow::viewer {
@@ -79,7 +79,7 @@ void CropSection::follow_parameters() {
         }
         const double side =
             static_cast<double>(box.last[a] - box.first[a]) * scan->volume.geometry().spacing[a];
-        size += (a > 0 ? " × " : "") + QString::fromStdString(apps::decimal_text(side, 1));
+        size += (a > 0 ? " × " : "") + decimal_text(side, 1);
     }
     size_->setText(size + " mm");
     size_->setVisible(session_.parameters().crop.has_value());

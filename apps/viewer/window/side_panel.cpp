@@ -16,7 +16,7 @@
 #include <marrow/tissue_presets.h>
 
 #include "crop_section.h"
-#include "shared/decimal_text.h"
+#include "model/number_text.h"
 
 namespace marrow::viewer {
 namespace {
@@ -531,9 +531,8 @@ void SidePanel::follow_numbers() {
 
 void SidePanel::show_measures(const MeshMeasures& m, const QString& about) {
     const bool closed = m.boundary_edges == 0 && m.nonmanifold_edges == 0 && m.triangles > 0;
-    const auto text = [](double number) { return QString::fromStdString(apps::decimal_text(number, 1)); };
-    numbers_[0]->setText(closed ? about + text(m.volume / 1000) + " mL" : tr("not closed"));
-    numbers_[1]->setText(about + text(m.area / 100) + " cm²");
+    numbers_[0]->setText(closed ? about + decimal_text(m.volume / 1000, 1) + " mL" : tr("not closed"));
+    numbers_[1]->setText(about + decimal_text(m.area / 100, 1) + " cm²");
     numbers_[2]->setText(about + grouped(m.components));
 }
 

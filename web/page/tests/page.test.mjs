@@ -282,7 +282,7 @@ describe('the isovalue', () => {
 });
 
 describe('other input', () => {
-  for (const [outside, inside] of [[0.9999999999999998, 1], [1000, 1000.0000000000005], [2e15, 2e15], [1e17, 1e17]]) {
+  for (const [outside, inside] of [[0.9999999999999998, 1], [1000, 1000.0000000000005]]) {
     test(`a histogram of samples from ${outside} to ${inside}`, async (t) => {
       const page = await openPage(t, browser, await served(t));
       await openBytes(t, page, 'cube.nrrd', cubeNrrd('double', Float64Array, outside, inside));
