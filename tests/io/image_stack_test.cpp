@@ -97,7 +97,7 @@ class ImageChannels : public testing::Test {
         for (int i = 0; i < columns * rows; ++i) grey.push_back(static_cast<std::uint8_t>(i));
     }
 
-    // A TIFF of RGB or RGB and opacity; `odd` changes a sample.
+    // A TIFF of grey and opacity, RGB, or RGB and opacity; `odd` changes a sample.
     fs::path tiff_of(std::uint16_t channels, bool tiled, std::uint8_t odd) const {
         std::vector<std::uint8_t> samples = in_channels(grey, channels);
         samples[5] ^= odd;
@@ -107,7 +107,7 @@ class ImageChannels : public testing::Test {
         TIFFSetField(out, TIFFTAG_IMAGELENGTH, rows);
         TIFFSetField(out, TIFFTAG_BITSPERSAMPLE, 8);
         TIFFSetField(out, TIFFTAG_SAMPLESPERPIXEL, channels);
-        TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
+        TIFFSetField(out, TIFFTAG_PHOTOMETRIC, channels == 2 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB);
         TIFFSetField(out, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
         if (tiled) {
             TIFFSetField(out, TIFFTAG_TILEWIDTH, 16);
@@ -135,6 +135,7 @@ class ImageChannels : public testing::Test {
 TEST_F(ImageChannels, EqualChannelsAreGrey) {
     expect_grey(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 24)));
     expect_grey(write_file(folder / "a.bmp", bmp(columns, rows, grey, false, 32)));
+    expect_grey(tiff_of(2, false, 0));
     expect_grey(tiff_of(3, false, 0));
     expect_grey(tiff_of(4, true, 0));
     // JPEG is lossy, but equal channels stay equal: the result is that of one channel.

@@ -65,12 +65,15 @@ inline std::string bmp(int columns, int rows, const std::vector<std::uint8_t>& s
            palette + lines;
 }
 
-/// Grey samples in several equal channels. A fourth channel is opacity.
+/// Grey samples in several equal channels. The last of an even number is opacity.
 template <class T>
 std::vector<T> in_channels(const std::vector<T>& grey, int channels) {
     std::vector<T> out;
     for (const T sample : grey) {
-        for (int c = 0; c < channels; ++c) out.push_back(c == 3 ? std::numeric_limits<T>::max() : sample);
+        for (int c = 0; c < channels; ++c) {
+            const bool is_opacity = channels % 2 == 0 && c == channels - 1;
+            out.push_back(is_opacity ? std::numeric_limits<T>::max() : sample);
+        }
     }
     return out;
 }

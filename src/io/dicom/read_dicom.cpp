@@ -453,8 +453,8 @@ ScanReport inspect_dicom(const DicomInput& input, const ScanOptions& options) {
         out.reason = *headers.damage;
     } else if (choice.candidates.size() == 1) {
         const auto at = static_cast<std::size_t>(choice.candidates[0] - headers.series.data());
-        if (const std::string warning = images_left_out(*choice.candidates[0], headers);
-            !options.series && !warning.empty())
+        if (const std::string warning = images_left_out(*choice.candidates[0], headers, options);
+            !warning.empty())
             out.series[at].warnings.push_back(warning);
         if (const auto& refusal = out.series[at].refusal)
             out.reason = *refusal;
@@ -500,7 +500,7 @@ Volume read_dicom(const DicomInput& input, const ScanOptions& options, ScanInfo&
     DicomSeries& series = only_candidate(choice, headers);
     if (headers.damage) throw InputError(*headers.damage);
     if (choice.skips_single_images) info.warnings.push_back(choice.reason);
-    if (const std::string warning = images_left_out(series, headers); !options.series && !warning.empty())
+    if (const std::string warning = images_left_out(series, headers, options); !warning.empty())
         info.warnings.push_back(warning);
     if (series.first().segmentation) {
         check_supported(series.volumes[0]);

@@ -169,7 +169,9 @@ DicomSeries& only_candidate(const SeriesChoice& choice, const DicomHeaders& head
     return *choice.candidates[0];
 }
 
-std::string images_left_out(const DicomSeries& series, const DicomHeaders& headers) {
+std::string images_left_out(const DicomSeries& series, const DicomHeaders& headers,
+                            const ScanOptions& options) {
+    if (options.series) return {};
     std::size_t images = 0;
     const DicomFile* example = nullptr;
     for (const DicomSeries& other : headers.series) {

@@ -48,8 +48,10 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
 DicomSeries& only_candidate(const SeriesChoice& choice, const DicomHeaders& headers);
 
 /// A warning if images with the SeriesInstanceUID of this series are not in it, as they are of another size,
-/// direction or spacing, or in another place; empty if there are none. Scouts do not count.
-std::string images_left_out(const DicomSeries& series, const DicomHeaders& headers);
+/// direction or spacing, or in another place; empty if there are none, or if options.series chose
+/// this one. Scouts do not count.
+std::string images_left_out(const DicomSeries& series, const DicomHeaders& headers,
+                            const ScanOptions& options);
 
 /// Which of several volumes options.volume chooses, or the only one. `differences` tell them apart; `what`
 /// begins the message that there are several: "the series holds 2 volumes".

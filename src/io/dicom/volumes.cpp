@@ -73,9 +73,8 @@ std::vector<Group> by_value(const Group& group, VolumeAttribute attribute) {
     }
     // Each has half of the positions, and more than one.
     const std::size_t least = std::max<std::size_t>(2, (positions_of(group) + 1) / 2);
-    const bool all_large = std::all_of(groups.begin(), groups.end(), [&](const auto& entry) {
-        return positions_of(entry.second) >= least;
-    });
+    const bool all_large = std::all_of(
+        groups.begin(), groups.end(), [&](const auto& entry) { return positions_of(entry.second) >= least; });
     if (!differ || !all_large) return {group};
     std::vector<const std::string*> values;
     for (const auto& entry : groups) values.push_back(&entry.first);

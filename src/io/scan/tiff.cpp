@@ -192,8 +192,7 @@ struct Description {
         if (parse_double(offset.value_or("0")) == 0.0 && parse_double(factor.value_or("1")) == 1.0) return;
         throw UnreadableImage{
             "stands for other values than it stores (ImageJ's calibration), which is not supported; save it "
-            "as "
-            "NRRD"};
+            "as NRRD"};
     }
     // Beyond 4 GiB, ImageJ describes only the first of its images, and the others follow it.
     void check_single_page(std::uint64_t page_bytes, std::uint64_t file_bytes) const {
