@@ -150,6 +150,28 @@ TEST(Sweep, AgreesWithTheMeshesOfTheLargestNumbers) {
     expect_as_measured(volume_of(std::numeric_limits<float>::max()), {-3e38, 0, 1e38, 3.3e38});
 }
 
+// Their squares are beyond float32.
+TEST(Sweep, ScalesWithSpacingsOfAnySize) {
+    Volume volume = noise<std::int16_t>(oblique(19, 18, 17), 7, -100, 101);
+    const Geometry geometry = volume.geometry();
+    const std::vector<double> isovalues{-20.5, 40};
+    const std::vector<SweepSample> sweep = sweep_isovalues(volume, isovalues);
+    for (const double scale : {0x1p-60, 0x1p60}) {
+        SCOPED_TRACE(scale);
+        Geometry scaled = geometry;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            scaled.spacing[axis] *= scale;
+            scaled.origin[axis] *= scale;
+        }
+        const VolumeView view(volume.samples<std::int16_t>(), scaled);
+        const std::vector<SweepSample> same = sweep_isovalues(view, isovalues);
+        for (std::size_t k = 0; k < isovalues.size(); ++k) {
+            EXPECT_EQ(same[k].area, sweep[k].area * scale * scale);
+            EXPECT_EQ(same[k].volume, sweep[k].volume * scale * scale * scale);
+        }
+    }
+}
+
 TEST(Sweep, HollowBallsHaveTwoSurfacesEach) {
     const Volume volume = sampled_in_space<float>(grid(40, 20, 20), [](const Vec3d& p) {
         const auto shell = [&](double x) {

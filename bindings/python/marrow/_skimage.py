@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Optional
 import numpy as np
 
 from . import _marrow
-from ._arrays import as_array, as_samples
+from ._arrays import as_array, as_number, as_samples
 from ._marrow import EmptySurface, InputError, LimitError
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def marching_cubes(
     steps = (slice(None, None, int(step_size)),) * 3
     if min(array[steps].shape) < 2:
         raise EmptySurface(f"step_size {step_size} leaves a single sample along an axis, and so no cell")
-    distances = [float(distance) * int(step_size) for distance in spacing]
+    distances = [_distance(distance, axis) * int(step_size) for axis, distance in enumerate(spacing)]
     inside = None if mask is None else _in_array_order(_mask(mask, array.shape, closed, snap)[steps], distances)
 
     def extract(samples: NDArray[Any], progress: Optional[Progress]) -> tuple[MarchingCubes, bool]:
@@ -180,6 +180,13 @@ def _mask(mask: ArrayLike, shape: tuple[int, ...], closed: bool, snap: float) ->
     if max(shape) > _MOST_MASKED:
         raise LimitError(f"a mask has at most {_MOST_MASKED} samples along an axis, and this one {max(shape)}")
     return array.view(np.uint8)
+
+
+def _distance(value: Any, axis: int) -> float:
+    distance = as_number(value, f"spacing along axis {axis}")
+    if not 0 < distance < math.inf:
+        raise InputError(f"spacing along axis {axis} is {distance:g}, and must be positive and finite")
+    return distance
 
 
 def _in_array_order(array: NDArray[Any], spacing: Sequence[float]) -> _marrow.ArrayVolume:

@@ -44,9 +44,16 @@ class SliceSums {
         std::fill(zeros_, std::end(zeros_), R(0));
         std::fill(ones_, std::end(ones_), R(1));
         to_volume_ = std::abs(dot(matrix[0], cofactor[0]));
+        double longest = 0;
+        for (std::size_t a = 0; a < 3; ++a)
+            longest = std::max(longest, dot(column(cofactor, a), column(cofactor, a)));
+        int exponent = 0;
+        std::frexp(std::sqrt(longest), &exponent);
+        to_area_ = std::ldexp(1.0, exponent);
         for (std::size_t a = 0; a < 3; ++a) {
             for (std::size_t b = 0; b < 3; ++b) {
-                const double product = dot(column(cofactor, a), column(cofactor, b));
+                const double product =
+                    std::ldexp(dot(column(cofactor, a), column(cofactor, b)), -2 * exponent);
                 square_[a][b] = static_cast<R>(a == b ? product : 2 * product);
             }
         }
@@ -125,7 +132,7 @@ class SliceSums {
         }
         for (std::size_t n = 0; n < batch.size; ++n) {
             const std::size_t k = batch.isovalue[n];
-            sums_.twice_area[k] += static_cast<double>(twice_area[n]);
+            sums_.twice_area[k] += static_cast<double>(twice_area[n]) * to_area_;
             sums_.six_volumes[k] += static_cast<double>(six_volumes[n]) * to_volume_;
             sums_.facing_z[k] += static_cast<double>(facing_z[n]) * to_volume_;
             sums_.triangles[k] += c.triangles;
@@ -136,7 +143,9 @@ class SliceSums {
     CellMeasures& sums_;
     double to_volume_;
     // The squared length of a normal n in physical space is the sum over a <= b of square_[a][b] n[a] n[b].
+    // Its unit is to_area_, a power of two, so that R holds the squares for every spacing.
     R square_[3][3];
+    double to_area_;
     std::array<Batch<R>, 256> batches_;
     // The position of each point along its edge. Each coordinate of a point is that, 0, or 1: at_ refers to
     // the right one.
