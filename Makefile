@@ -85,12 +85,16 @@ docs:
 	mkdir -p build/docs
 	MARROW_VERSION=$$(sed -n 's/^#define MARROW_VERSION "\(.*\)"/\1/p' include/marrow/version.h) doxygen docs/Doxyfile
 
-everything:
+# Everything but the benchmarks.
+tests:
 	$(install) program viewer terrain python gpu tests
 	$(call configure,$(PRESET))
 	$(call build,$(PRESET))
 
-test: everything
+everything: tests
+	$(call build,$(PRESET)) --target benchmarks
+
+test: tests
 	$(install) demo
 	scripts/install-gltf-validator $(BUILD)/gltf-validator
 	scripts/test $(BUILD)
@@ -103,11 +107,13 @@ test-paraview:
 	scripts/install-paraview build/paraview/root
 	scripts/test-paraview build/paraview/root build/core build/paraview
 
-# Everything by clang, where a warning is an error. What is built is not for use, as it is not optimized.
+# Everything by clang, where a warning is an error, with AddressSanitizer and UBSan, under which the readers get damaged
+# files. What is built is not for use, as it is not optimized.
 clang:
 	$(install) program viewer terrain python gpu tests clang
 	$(call configure,clang)
-	$(call build,clang)
+	$(call build,clang) --target all benchmarks
+	ctest --test-dir build/clang --output-on-failure -j $(JOBS) -R '^(fuzz_seeds|replay_.*)$$'
 
 # The tests that use threads, under ThreadSanitizer. `make test PRESET=asan` runs all tests under AddressSanitizer and UBSan.
 tsan:

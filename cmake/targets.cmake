@@ -8,7 +8,20 @@ function(marrow_target target)
   target_compile_options(${target} PRIVATE -Wall -Wextra $<$<BOOL:${MARROW_WERROR}>:-Werror>)
   # The output has the same bits on every processor: the compiler must not contract to fused multiply-add.
   target_compile_options(${target} PRIVATE -ffp-contract=off)
+  if(MARROW_PRECOMPILED_HEADERS)
+    target_precompile_headers(${target} REUSE_FROM precompiled_headers)
+  endif()
 endfunction()
+
+# Headers that many sources include. To share them, all targets need the flags that the libraries have.
+if(MARROW_PRECOMPILED_HEADERS)
+  add_library(precompiled_headers OBJECT ${CMAKE_CURRENT_LIST_DIR}/precompiled.cpp)
+  target_compile_features(precompiled_headers PUBLIC cxx_std_20)
+  target_compile_options(precompiled_headers PRIVATE -ffp-contract=off)
+  set_target_properties(precompiled_headers PROPERTIES
+    CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  target_precompile_headers(precompiled_headers PRIVATE ${CMAKE_CURRENT_LIST_DIR}/precompiled.h)
+endif()
 
 # marrow_library(NAME EXPORT_NAME [PACKAGE package] [SOURCES ...] [PUBLIC ...] [PRIVATE ...]): a library that is exported as
 # marrow::EXPORT_NAME. Its objects form a target of their own, NAME_objects, so that the tests can link the hidden
