@@ -1,12 +1,14 @@
 // What the tests share: Debian's Chromium, the built page, and actions on it.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
+import { after } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { chromium } from 'playwright-core';
 import { built, serve } from '../serve.mjs';
+import { writeHead } from './scans.mjs';
 
 const CHROMIUM = process.env.CHROMIUM ?? '/usr/bin/chromium';
 const SOFTWARE_GL = ['--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'];
@@ -18,6 +20,13 @@ export function launch(flags = SOFTWARE_GL) {
   assert.ok(existsSync(CHROMIUM), `${CHROMIUM} is missing: install Debian's package chromium`);
   assert.ok(existsSync(join(built, 'index.html')), `${built} is missing: run 'make web'`);
   return chromium.launch({ executablePath: CHROMIUM, args: ['--no-sandbox', ...flags] });
+}
+
+/** What the tests of a file share: a browser, and a folder with the demo's head, a folder of DICOM files. */
+export async function setUp() {
+  const browser = await launch(), shared = temporaryFolder({ after });
+  after(() => browser.close());
+  return { browser, shared, head: await writeHead(shared) };
 }
 
 /** Serves the page for the time of a test. */
@@ -100,9 +109,35 @@ export async function openFiles(page, files) {
   await page.setInputFiles('#file-input', files);
 }
 
+/** Opens one file of a scan that the test made. */
+export async function openBytes(t, page, name, bytes) {
+  const folder = temporaryFolder(t);
+  writeFileSync(join(folder, name), bytes);
+  await openFiles(page, [join(folder, name)]);
+  return folder;
+}
+
 /** The error that the page shows. */
 export async function errorText(page) {
   return (await page.waitForSelector('.banner.error p', { timeout: 60_000 })).textContent();
+}
+
+/** The text of an element. */
+export const text = (page, selector) => page.locator(selector).textContent();
+
+/** The isovalue in its field. */
+export const numberOf = (page) => page.inputValue('#isovalue-number').then(Number);
+
+/** The measures of the surface, by their names. */
+export async function measuresOf(page) {
+  const names = await page.locator('#measures dt').allTextContents(), values = await page.locator('#measures dd').allTextContents();
+  return Object.fromEntries(names.map((name, i) => [name, values[i]]));
+}
+
+export async function setIsovalue(page, value) {
+  await page.fill('#isovalue-number', String(value));
+  await page.press('#isovalue-number', 'Enter');
+  await settled(page);
 }
 
 /** Exports, runs the command line that the dialog shows, and returns the bytes of both. */
