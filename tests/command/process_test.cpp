@@ -44,12 +44,12 @@ int wait_for(pid_t pid) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
 
-// SIGHUP ends the process, or does nothing if `ignored`, as with nohup.
+// The signal ends the process, or does nothing if `ignored`, as SIGHUP with nohup.
 int exit_code_after(const std::vector<std::string>& arguments, int signal, std::chrono::milliseconds delay,
                     bool ignored = false) {
-    const auto before = std::signal(SIGHUP, ignored ? SIG_IGN : SIG_DFL);
+    const auto before = std::signal(signal, ignored ? SIG_IGN : SIG_DFL);
     const pid_t pid = start(arguments);
-    std::signal(SIGHUP, before);
+    std::signal(signal, before);
     if (pid == -1) return -1;
     std::this_thread::sleep_for(delay);
     kill(pid, signal);
@@ -109,7 +109,8 @@ TEST(Process, InterruptedLeavesTheOldFileOrTheWholeNewOne) {
         }
     }
     EXPECT_EQ(interrupted, (std::set{SIGINT, SIGTERM, SIGHUP}));
-    EXPECT_EQ(exit_code_after(command, SIGHUP, std::chrono::milliseconds(60), true), 0);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+        EXPECT_EQ(exit_code_after(command, signal, std::chrono::milliseconds(60), true), 0) << signal;
 }
 
 // A file that is opened would take the number of a closed stream, and receive its messages.
