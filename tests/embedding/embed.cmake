@@ -1,6 +1,6 @@
 # Builds and runs a small program that uses Marrow in one of three ways.
 # Given: WAY (subdirectory, FetchContent or installed), SHARED (ON or OFF), MARROW (its source folder), BUILD (its build
-# folder), WORK (a folder to use), GENERATOR, CXX, CXX_FLAGS.
+# folder), WORK (a folder to use), GENERATOR, CXX, CXX_FLAGS, RELEASE_FLAGS (those that BUILD has for Release).
 function(must_run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
@@ -9,21 +9,27 @@ function(must_run)
   endif()
 endfunction()
 
-# One SIMD target and no optimization: these builds test CMake's side, and the other tests the code.
-set(compiler -G ${GENERATOR} -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_BUILD_TYPE=Debug
-  "-DCMAKE_CXX_FLAGS=${CXX_FLAGS} -O0 -g0 -DHWY_COMPILE_ONLY_STATIC")
+# These builds test CMake's side. They have one SIMD target and no optimization, unless a compiler cache can give them the
+# objects of BUILD, which must have the same flags. Marrow has no flags of its own for this build type.
+set(flags "-O0 -DHWY_COMPILE_ONLY_STATIC")
+if(DEFINED ENV{CMAKE_CXX_COMPILER_LAUNCHER})
+  set(flags "${RELEASE_FLAGS}")
+endif()
+set(compiler -G ${GENERATOR} -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_BUILD_TYPE=Embedded
+  "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}" "-DCMAKE_CXX_FLAGS_EMBEDDED=${flags}")
 set(here ${MARROW}/tests/embedding)
 file(REMOVE_RECURSE ${WORK} ${WORK}-marrow)
 
 if(NOT WAY STREQUAL "installed")
   must_run(${CMAKE_COMMAND} -S ${here}/core -B ${WORK} ${compiler} -D WAY=${WAY} -D MARROW=${MARROW} -D MARROW_SHARED=${SHARED})
-  must_run(${CMAKE_COMMAND} --build ${WORK} --target app)
-  must_run(${WORK}/app)
+  if(SHARED)  # static libraries are built for the installed way, and FetchContent adds a subdirectory
+    must_run(${CMAKE_COMMAND} --build ${WORK} --target app)
+    must_run(${WORK}/app)
+  endif()
   return()
 endif()
 
-# The shared libraries are those of this build; the static ones are built here, without the programs. Their folder is as
-# deep as that of the other ways, so that a compiler cache knows their objects.
+# The shared libraries are those of BUILD; the static ones are built here, without the programs.
 set(build ${BUILD})
 if(NOT SHARED)
   set(build ${WORK}-marrow)
