@@ -12,7 +12,7 @@ configure = cmake --preset $(1) -Wno-dev --log-level=WARNING > /dev/null
 build = cmake --build --preset $(1) -j $(JOBS)
 install = scripts/install-dependencies
 
-.PHONY: all program demo test install package docs viewer terrain python core everything test-paraview web test-web web-serve bench bench-gpu scaling paper accuracy fuzz tsan clang
+.PHONY: all program demo test install package docs viewer terrain python core tests everything test-paraview web test-web web-serve bench bench-gpu scaling paper accuracy fuzz tsan clang
 all: program
 
 program:
