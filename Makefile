@@ -107,13 +107,10 @@ test-paraview:
 	scripts/install-paraview build/paraview/root
 	scripts/test-paraview build/paraview/root build/core build/paraview
 
-# Everything by clang, where a warning is an error, with AddressSanitizer and UBSan, under which the readers get damaged
-# files. What is built is not for use, as it is not optimized.
+# What is shipped, by clang, under sanitizers that watch over damaged files. Warnings are errors, in the tests too.
 clang:
 	$(install) program viewer terrain python gpu tests clang
-	$(call configure,clang)
-	$(call build,clang) --target all benchmarks
-	ctest --test-dir build/clang --output-on-failure -j $(JOBS) -R '^(fuzz_seeds|replay_.*)$$'
+	scripts/clang $(JOBS)
 
 # The tests that use threads, under ThreadSanitizer. `make test PRESET=asan` runs all tests under AddressSanitizer and UBSan.
 tsan:
