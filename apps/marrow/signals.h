@@ -7,8 +7,8 @@
 namespace marrow::apps {
 
 /// Becomes true on SIGINT, SIGTERM and SIGHUP, which comes when the terminal closes. Those that are ignored
-/// stay so: SIGHUP under `nohup`, SIGINT in the background of a script. A file that exceeds its size limit, or
-/// a pipe that nobody reads, then causes an error, as a full disk does.
+/// stay so: SIGHUP under `nohup`, SIGINT in a script's background. A file that exceeds its size limit, or a
+/// pipe that nobody reads, then causes an error, as a full disk does.
 inline const std::atomic<bool>& stopped_by_signals() {
     static std::atomic<bool> stop{false};
     static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
