@@ -150,7 +150,7 @@ TEST(Sweep, AgreesWithTheMeshesOfTheLargestNumbers) {
     expect_as_measured(volume_of(std::numeric_limits<float>::max()), {-3e38, 0, 1e38, 3.3e38});
 }
 
-// Their squares are beyond float32.
+// The squares of such areas are beyond float32.
 TEST(Sweep, ScalesWithSpacingsOfAnySize) {
     Volume volume = noise<std::int16_t>(oblique(19, 18, 17), 7, -100, 101);
     const Geometry geometry = volume.geometry();
