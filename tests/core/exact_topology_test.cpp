@@ -15,6 +15,7 @@
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
 #include <marrow/measure.h>
+#include <marrow/mesh_check.h>
 
 #include "base/disjoint_sets.h"
 #include "core/marching_cubes/cell_topology.h"
@@ -577,6 +578,28 @@ TEST_P(ExactTopology, IsAManifoldOfFinitePointsWhateverTheSamplesAre) {
             ASSERT_EQ(mesh_hash(threaded), mesh_hash(mesh)) << "grid " << i;
         }
     }
+}
+
+// Faces are decided by the true samples. A tunnel that only scaled ones have would not fit between them.
+TEST(ExactTopologyOfShapes, IsValidWhateverTheMagnitudesAre) {
+    Random random(31);
+    for (const double decades : {20, 33, 60, 150, 260, 300}) {
+        for (int i = 0; i < 4; ++i) {
+            const Volume volume = sampled<double>(grid(16, 16, 16), [&](auto, auto, auto) {
+                const double sign = random() % 2 == 0 ? 1 : -1;
+                return sign * std::pow(10, std::uniform_real_distribution(-decades, decades)(random));
+            });
+            const Mesh mesh = extract_isosurface(volume, 0, kExact);
+            ASSERT_EQ(manifold_fault(mesh), "") << decades;
+            ASSERT_EQ(check_mesh(mesh).self_intersections, 0) << decades;
+        }
+    }
+    // Two opposite faces have determinants of different signs, so no contour across their axis is a cross.
+    const CellValues cell{1.71674610e+123, -6.65060963e+121, -5.03183118e+286, 4.45901956e+237,
+                          -9.84487434e-88, 4.38140676e+75,   3.93243457e+210,  -4.36760888e+189};
+    unsigned inside = 0;
+    for (unsigned v = 0; v < 8; ++v) inside |= (cell[v] >= 0 ? 1u : 0u) << v;
+    EXPECT_FALSE(internal::decide_topology(inside, cell).has_tunnel());
 }
 
 TEST(ExactTopologyOfShapes, IsWithoutEffectWhereNothingIsAmbiguous) {

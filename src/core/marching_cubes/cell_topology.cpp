@@ -11,28 +11,9 @@ namespace marrow::internal {
 
 namespace {
 
-template <std::size_t N>
-std::array<double, N> scaled(std::array<double, N> values) {
-    constexpr double kLarge = 0x1p64, kLeast = 0x1p-200;
-    double largest = 0, least = kLarge;
-    for (const double v : values) {
-        largest = std::max(largest, std::abs(v));
-        least = std::min(least, std::abs(v));
-    }
-    if (largest <= kLarge && largest >= 1 / kLarge && least >= kLeast) return values;
-    if (largest > kLarge || largest < 1 / kLarge) {
-        int exponent = 0;
-        std::frexp(largest, &exponent);
-        for (double& v : values) {
-            const double moderate = std::ldexp(v, -exponent);
-            v = moderate == 0 && v != 0 ? std::copysign(kLeast, v) : moderate;
-        }
-    }
-    for (double& v : values) {
-        if (v != 0 && std::abs(v) < kLeast) v = std::copysign(kLeast, v);
-    }
-    return values;
-}
+// The magnitudes of scaled values. The polynomials that decide about tunnels are sums of products of four, so
+// neither these nor the rounding errors of their terms overflow or underflow.
+constexpr double kLargest = 0x1p200, kLeast = 0x1p-240;
 
 int sign_of(double x) {
     return x > 0 ? 1 : x < 0 ? -1 : 0;
@@ -46,15 +27,24 @@ int determinant_sign(double a, double b, double c, double d) {
     return sign_of(lost_ad - lost_bc);
 }
 
+// The sign of f[0] f[3] - f[1] f[2], whatever their magnitudes are.
+int determinant_sign_of_any(const std::array<double, 4>& f) {
+    std::array<double, 4> fractions;
+    std::array<int, 4> exponents;
+    for (std::size_t i = 0; i < 4; ++i) fractions[i] = std::frexp(f[i], &exponents[i]);
+    // Products of fractions are 0, or from 1/4 to 1. So a larger shift would give the same sign.
+    const int shift = std::clamp(exponents[0] + exponents[3] - exponents[1] - exponents[2], -4, 4);
+    return determinant_sign(std::ldexp(fractions[0], shift), fractions[1], fractions[2], fractions[3]);
+}
+
 // Whether the two inside corners of an ambiguous face are joined, if rounded products do not show it: whether
 // the bilinear interpolant at its saddle, (inside product - outside product) / (a positive number), is at
 // least the isovalue. In a tie it is.
 bool joins_in_doubt(const CellValues& values, unsigned face) {
     const auto& ring = kFaceCorners[face];
-    std::array<double, 4> f{values[ring[0]], values[ring[1]], values[ring[3]], values[ring[2]]};
+    const std::array<double, 4> f{values[ring[0]], values[ring[1]], values[ring[3]], values[ring[2]]};
     if (std::any_of(f.begin(), f.end(), [](double v) { return std::isnan(v); })) return false;
-    f = scaled(f);
-    const int sign = determinant_sign(f[0], f[1], f[2], f[3]);
+    const int sign = determinant_sign_of_any(f);
     return f[0] >= 0 ? sign >= 0 : sign <= 0;
 }
 
@@ -295,6 +285,8 @@ void find_tunnel(unsigned cell_case, const CellValues& values, CellTopology& top
     if (shape.loops != 2 && shape.loops != 3) return;
     if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) return;
     const CellValues f = well_scaled(values);
+    // Values that became larger could have a tunnel that the faces exclude, which the true ones decide.
+    if (std::any_of(f.begin(), f.end(), [](double v) { return v != 0 && std::abs(v) <= kLeast; })) return;
     if (has_waist(f, topology.tunnel) && choose_loops(cell_case, f, shape, topology.tunnel))
         topology.inner_points = CellTopology::kTunnelPoints;
 }
@@ -328,7 +320,22 @@ CellTopology decide_topology(unsigned cell_case, const CellValues& values) {
 }
 
 CellValues well_scaled(const CellValues& values) {
-    return scaled(values);
+    double largest = 0, least = kLargest;
+    for (const double v : values) {
+        if (v == 0) continue;
+        largest = std::max(largest, std::abs(v));
+        least = std::min(least, std::abs(v));
+    }
+    if (largest <= kLargest && least >= kLeast) return values;
+    int exponent = 0;
+    std::frexp(largest, &exponent);
+    CellValues scaled = values;
+    for (double& v : scaled) {
+        if (v == 0) continue;
+        v = std::ldexp(v, std::ilogb(kLargest) - exponent);
+        if (std::abs(v) < kLeast) v = std::copysign(kLeast, v);
+    }
+    return scaled;
 }
 
 OppositeFaces::OppositeFaces(const CellValues& f, unsigned axis) {

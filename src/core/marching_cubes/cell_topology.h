@@ -48,7 +48,8 @@ void decide_topologies(const CellBatch& batch, const std::uint8_t (&cases)[CellB
 CellTopology decide_topology(unsigned cell_case, const CellValues& values);
 
 /// Scales values by a power of two if they are very large or small, so that no product of four overflows or
-/// underflows. Values that are smaller than the others by more than 2^-200 get a little larger.
+/// underflows. Only values below 2^-440 of the largest get a little larger, which is beyond the range of
+/// float32.
 CellValues well_scaled(const CellValues& values);
 
 /// On one axis, the values of the faces at its sides 0 and 1, and what their determinants are made of. The
