@@ -1,6 +1,7 @@
-// Follows a ray from a cavity, and counts where it crosses each component.
+// Follows a ray from a component, and counts where it crosses each component.
 #include "component_around.h"
 
+#include <cmath>
 #include <limits>
 #include <map>
 
@@ -10,17 +11,17 @@ namespace marrow::internal {
 
 namespace {
 
-// The same in one direction. The ray crosses each closed component around the cavity an odd number of times.
-// It may leave an open one where that has no triangles, so the first crossing says whether the cavity is
-// inside.
-std::uint32_t component_along(const Vec3d& direction, const Component& cavity, const MeshView& mesh,
+// The same in one direction. The ray crosses each closed component around the inner one an odd number of
+// times. It may leave an open one where that has no triangles, so the first crossing says whether the inner
+// one is inside.
+std::uint32_t component_along(const Vec3d& direction, const Component& inner, const MeshView& mesh,
                               const Components& components, const TriangleTree& tree) {
     struct Crossings {
         int count = 0;
         double first = std::numeric_limits<double>::infinity();
         bool leaves = false;
     };
-    const Vec3d origin = centroid(corners_of(mesh, mesh.triangles[cavity.first_triangle]));
+    const Vec3d origin = centroid(corners_of(mesh, mesh.triangles[inner.first_triangle]));
     std::map<std::uint32_t, Crossings> crossings;
     tree.for_each_hit(origin, direction, std::numeric_limits<double>::infinity(),
                       [&](double distance, std::uint32_t t) {
@@ -33,9 +34,8 @@ std::uint32_t component_along(const Vec3d& direction, const Component& cavity, c
     std::uint32_t closed = Components::kNone, open = Components::kNone;
     for (const auto& [index, crossing] : crossings) {
         const Component& c = components.all[index];
-        if (c.is_cavity()) continue;
-        if (c.closed && crossing.count % 2 != 0 &&
-            (closed == Components::kNone || c.volume < components.all[closed].volume))
+        if (c.closed && crossing.count % 2 != 0 && &c != &inner &&
+            (closed == Components::kNone || std::abs(c.volume) < std::abs(components.all[closed].volume)))
             closed = index;
         if (!c.closed && crossing.leaves &&
             (open == Components::kNone || crossing.first < crossings.at(open).first))
@@ -46,13 +46,13 @@ std::uint32_t component_along(const Vec3d& direction, const Component& cavity, c
 
 }  // namespace
 
-std::uint32_t component_around(const Component& cavity, const MeshView& mesh, const Components& components,
+std::uint32_t component_around(const Component& inner, const MeshView& mesh, const Components& components,
                                const TriangleTree& tree) {
     const Vec3d direction{0.8361, 0.4227, 0.3498};  // not parallel to edges of the sampling grid
-    const std::uint32_t around = component_along(direction, cavity, mesh, components, tree);
+    const std::uint32_t around = component_along(direction, inner, mesh, components, tree);
     // The ray may have left through the opening; the opposite one need not.
     return around != Components::kNone ? around
-                                       : component_along(-1.0 * direction, cavity, mesh, components, tree);
+                                       : component_along(-1.0 * direction, inner, mesh, components, tree);
 }
 
 }  // namespace marrow::internal

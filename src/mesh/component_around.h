@@ -1,4 +1,4 @@
-/// Finds the component that a cavity is in.
+/// Finds the component that another one is in.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 
 namespace marrow::internal {
 
-/// Returns the smallest component around a cavity, an index into `components.all`, or Components::kNone.
+/// Returns the smallest component around another one, an index into `components.all`, or Components::kNone.
 /// `components` and `tree` are those of the mesh.
-std::uint32_t component_around(const Component& cavity, const MeshView& mesh, const Components& components,
+std::uint32_t component_around(const Component& inner, const MeshView& mesh, const Components& components,
                                const TriangleTree& tree);
 
 }  // namespace marrow::internal

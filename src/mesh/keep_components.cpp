@@ -83,23 +83,53 @@ Mesh copy_components(const MeshView& mesh, const Components& components, const s
     return result;
 }
 
-// Of the components marked in `keep`, keeps the `count` largest that are not cavities, and their cavities. A
-// cavity around which no component is found stays.
-void keep_largest(std::int64_t count, const MeshView& mesh, const Components& components,
-                  std::vector<bool>& keep) {
-    std::vector<std::uint32_t> solids, cavities;
-    for (std::uint32_t c = 0; c < keep.size(); ++c) {
-        if (keep[c]) (components.all[c].is_cavity() ? cavities : solids).push_back(c);
+// What each component is directly in, where that is needed: of cavities, and of bodies if cavities are
+// filled. A component that faces inward and is in none is no cavity.
+class Nesting {
+  public:
+    Nesting(const MeshView& mesh, const Components& components, bool of_bodies)
+        : around_(components.all.size(), Components::kNone) {
+        const auto faces_inward = [](const Component& c) { return c.is_cavity(); };
+        if (std::none_of(components.all.begin(), components.all.end(), faces_inward)) return;
+        const TriangleTree tree(mesh);
+        for (std::size_t c = 0; c < around_.size(); ++c) {
+            const Component& component = components.all[c];
+            if (component.is_cavity() || (of_bodies && component.closed))
+                around_[c] = component_around(component, mesh, components, tree);
+        }
+        for (std::size_t c = 0; c < around_.size(); ++c)
+            is_cavity_.push_back(components.all[c].is_cavity() && around_[c] != Components::kNone);
     }
-    std::stable_sort(solids.begin(), solids.end(), [&](std::uint32_t a, std::uint32_t b) {
+
+    bool is_cavity(std::uint32_t c) const { return !is_cavity_.empty() && is_cavity_[c]; }
+    std::uint32_t around(std::uint32_t c) const { return around_[c]; }
+    bool is_in_cavity(std::uint32_t c) const {
+        return around_[c] != Components::kNone && is_cavity(around_[c]);
+    }
+
+  private:
+    std::vector<std::uint32_t> around_;
+    std::vector<bool> is_cavity_;
+};
+
+// Of the components marked in `keep`, keeps the `count` largest that are not cavities, and their cavities.
+void keep_largest(std::int64_t count, const Components& components, const Nesting& nesting,
+                  std::vector<bool>& keep) {
+    std::vector<std::uint32_t> bodies, cavities;
+    for (std::uint32_t c = 0; c < keep.size(); ++c) {
+        if (keep[c]) (nesting.is_cavity(c) ? cavities : bodies).push_back(c);
+    }
+    std::stable_sort(bodies.begin(), bodies.end(), [&](std::uint32_t a, std::uint32_t b) {
         return components.all[a].triangles > components.all[b].triangles;
     });
-    for (std::size_t i = static_cast<std::size_t>(count); i < solids.size(); ++i) keep[solids[i]] = false;
-    if (cavities.empty()) return;
-    const TriangleTree tree(mesh);
-    for (const std::uint32_t c : cavities) {
-        const std::uint32_t around = component_around(components.all[c], mesh, components, tree);
-        keep[c] = around == Components::kNone || keep[around];
+    for (std::size_t i = static_cast<std::size_t>(count); i < bodies.size(); ++i) keep[bodies[i]] = false;
+    for (const std::uint32_t c : cavities) keep[c] = keep[nesting.around(c)];
+}
+
+// Drops cavities, and what is in them.
+void fill_cavities(const Nesting& nesting, std::vector<bool>& keep) {
+    for (std::uint32_t c = 0; c < keep.size(); ++c) {
+        if (nesting.is_cavity(c) || nesting.is_in_cavity(c)) keep[c] = false;
     }
 }
 
@@ -118,9 +148,13 @@ Mesh keep_components(MeshView mesh, const ComponentOptions& options) {
         std::vector<bool> keep;
         for (const Component& c : components.all) {
             const bool too_small = c.closed && std::abs(c.volume) < options.min_volume;
-            keep.push_back(!too_small && (options.cavities || !c.is_cavity()));
+            keep.push_back(!too_small);
         }
-        if (options.count) keep_largest(*options.count, mesh, components, keep);
+        if (options.count || !options.cavities) {
+            const Nesting nesting(mesh, components, !options.cavities);
+            if (!options.cavities) fill_cavities(nesting, keep);
+            if (options.count) keep_largest(*options.count, components, nesting, keep);
+        }
         result = copy_components(mesh, components, keep);
     });
     return result;

@@ -104,9 +104,11 @@ std::vector<double> wall_thickness(const MeshView& mesh, double min_wall, const 
         const double size = length(outward);
         if (size == 0) return;
         const Vec3d inward = (-1 / size) * outward;
+        const double least = 1e-6 * std::sqrt(size);  // nearer is another object, which touches this one here
         tree.for_each_hit(centroid(t), inward, min_wall, [&](double distance, std::uint32_t j) {
             const bool leaves = dot(scaled_normal(corners_of(mesh, mesh.triangles[j])), inward) > 0;
-            if (j != i && leaves && distance < min_wall) thickness[i] = std::min(thickness[i], distance);
+            if (j != i && leaves && distance > least && distance < min_wall)
+                thickness[i] = std::min(thickness[i], distance);
         });
     };
     for_each_range(mesh.triangles.size(), 1024, progress, begin, end,
@@ -125,7 +127,7 @@ void check_walls(const MeshView& mesh, const std::vector<double>& thickness, Mes
     }
 }
 
-// Counts the cavities that are in no component.
+// Counts the components that face inward and are in none, or in a cavity.
 std::int64_t count_inverted(const MeshView& mesh, const Components& components) {
     std::vector<const Component*> cavities;
     for (const Component& c : components.all) {
@@ -136,8 +138,10 @@ std::int64_t count_inverted(const MeshView& mesh, const Components& components) 
     return parallel_reduce(
         std::size_t{0}, cavities.size(), 1, std::int64_t{0},
         [&](const auto& range, std::int64_t count) {
-            for (std::size_t c = range.begin(); c < range.end(); ++c)
-                count += component_around(*cavities[c], mesh, components, tree) == Components::kNone;
+            for (std::size_t c = range.begin(); c < range.end(); ++c) {
+                const std::uint32_t around = component_around(*cavities[c], mesh, components, tree);
+                count += around == Components::kNone || components.all[around].is_cavity();
+            }
             return count;
         },
         [](std::int64_t a, std::int64_t b) { return a + b; });

@@ -52,7 +52,8 @@ TriangleQuality triangle_quality(MeshView mesh) {
     }
     const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
     std::nth_element(ratios.begin(), middle, ratios.end());
-    quality.median_aspect_ratio = *middle;
+    quality.median_aspect_ratio =
+        ratios.size() % 2 != 0 ? *middle : (*middle + *std::max_element(ratios.begin(), middle)) / 2;
     quality.largest_aspect_ratio = *std::max_element(middle, ratios.end());
     return quality;
 }

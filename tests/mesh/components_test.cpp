@@ -107,9 +107,35 @@ TEST(KeepComponents, CountsComponentsAndKeepsTheirCavities) {
     EXPECT_EQ(kept(all, {.count = 2}).components, 5)
         << "also the other box and its cavity, without the grain";
     EXPECT_EQ(kept(all, {.count = 3}).components, 7) << "also the grain with its pore";
-    EXPECT_EQ(kept(all, {.cavities = false}).components, 4);
+    EXPECT_EQ(kept(all, {.cavities = false}).components, 3)
+        << "the boxes and the speck: the grain is filled in";
     EXPECT_EQ(kept(all, {.count = 2, .cavities = false}).components, 2);
     EXPECT_EQ(kept(all, kLargestAlone).components, 1);
+}
+
+// Bodies in a cavity that is filled would count twice.
+TEST(KeepComponents, FillsCavitiesWithAllThatIsInThem) {
+    const Mesh all = boxes();
+    const Volume filled = solid(grid(40, 20, 20), [](auto x, auto y, auto z) {
+        return (x == 38 && y == 18 && z == 18) || in_box(1, 18, x, y, z) || in_box(20, 14, x, y, z);
+    });
+    EXPECT_NEAR(kept(all, {.cavities = false}).volume, measure(extract_isosurface(filled, 0.5)).volume, 1e-3);
+}
+
+// A dark ball in bright surroundings, whose surface is open where the volume ends.
+TEST(KeepComponents, TakesWhatFacesInwardWithoutAnythingAroundForABody) {
+    const Volume volume = solid(grid(30, 12, 12), [](auto x, auto y, auto z) {
+        const auto ball = [&](auto cx, auto r) {
+            return (x - cx) * (x - cx) + (y - 6) * (y - 6) + (z - 6) * (z - 6) <= r * r;
+        };
+        return !ball(6, 4) && !ball(20, 3);
+    });
+    const Mesh open = extract_isosurface(volume, 0.5);
+    ASSERT_EQ(measure(open).cavities, 2);
+    EXPECT_EQ(measure(keep_components(open, {.cavities = false})).components, 2);
+    const Mesh largest = keep_components(open, kLargestAlone);
+    EXPECT_EQ(measure(largest).components, 1);
+    for (const Vec3f& p : largest.points) EXPECT_LT(p[0], 12);
 }
 
 // The boxes reach the end of the volume, where their surfaces are open.

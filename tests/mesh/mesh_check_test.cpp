@@ -115,6 +115,7 @@ TEST(Check, FindsClosedComponentsThatAreInsideOut) {
     const Mesh island = extracted(grid(41, 41, 41), sphere({20, 20, 20}, 3)),
                bubble = turned_inside_out(extracted(grid(41, 41, 41), sphere({20, 20, 20}, 2)));
     EXPECT_TRUE(check_mesh(joined(joined(large, small), joined(island, bubble))).is_sound());
+    EXPECT_FALSE(check_mesh(joined(joined(large, small), turned_inside_out(island))).is_sound());
 }
 
 TEST(Check, FindsNonManifoldEdgesAndPoints) {
@@ -491,6 +492,13 @@ TEST(Check, MeasuresThinWalls) {
     EXPECT_NEAR(thin.thinnest_wall.value(), 2, 0.15);
     EXPECT_TRUE(thin.is_sound()) << "thin walls are a matter of the printer";
     EXPECT_EQ(check_mesh(mesh).thin_triangles, 0) << "there was no min_wall";
+}
+
+TEST(Check, MeasuresNoWallWhereBodiesTouch) {
+    const MeshCheck check =
+        check_mesh(joined(box({0, 0, 0}, {4, 4, 4}), box({4, 1, 1}, {8, 3, 3})), {.min_wall = 1});
+    EXPECT_EQ(check.thin_triangles, 0);
+    EXPECT_FALSE(check.thinnest_wall);
 }
 
 TEST(Check, FindsCrossingsBetweenMeshes) {
