@@ -73,7 +73,7 @@ void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, 
     };
     out << '\n';
     line("series", s.series.id);
-    line(format == ScanFormat::dicom ? "description" : "file", s.series.description);
+    line(format == ScanFormat::dicom ? "description" : "file", printable(s.series.description));
     if (show_patient) line("patient", s.patient_name);
     if (s.number) line("series number", std::to_string(*s.number));
     line("modality", s.series.modality);

@@ -51,7 +51,7 @@ std::string list_json(const char* name, const std::vector<Found>& inputs, const 
 
 // The bounding box in the space that is written. RAS negates x and y, which swaps their ends.
 Json bounds(const MeshMeasures& m, Space space) {
-    if (space == Space::LPS) return {m.lower, m.upper};
+    if (space != Space::RAS) return {m.lower, m.upper};
     return {Vec3f{-m.upper[0], -m.upper[1], m.lower[2]}, Vec3f{-m.lower[0], -m.lower[1], m.upper[2]}};
 }
 
@@ -242,7 +242,7 @@ Json finding_numbers(const Finding& finding, bool show_patient) {
     return json;
 }
 
-Json check_numbers(const CheckedObject& object, double min_wall) {
+Json check_numbers(const CheckedObject& object, Space space, double min_wall) {
     const MeshCheck& c = object.found;
     const MeshMeasures& m = c.measures;
     Json json{{"sound", c.is_sound()},
@@ -265,7 +265,7 @@ Json check_numbers(const CheckedObject& object, double min_wall) {
               {"self_intersections", c.self_intersections},
               {"area_mm2", m.area},
               {"volume_mm3", object.has_volume() ? Json(m.volume) : Json()},
-              {"bounds_mm", {m.lower, m.upper}}};
+              {"bounds_mm", bounds(m, space)}};
     if (min_wall > 0)
         json["thin_walls"] = {{"below_mm", min_wall},
                               {"triangles", c.thin_triangles},
@@ -313,7 +313,7 @@ Json check_numbers(const CheckedFile& file, double min_wall) {
     json["space"] = file.space != Space::none ? Json(file.space == Space::RAS ? "RAS" : "LPS") : Json();
     Json objects = Json::array(), crossings = Json::array(), sum;
     for (const CheckedObject& object : file.objects) {
-        const Json numbers = check_numbers(object, min_wall);
+        const Json numbers = check_numbers(object, file.space, min_wall);
         if (sum.is_null())
             sum = numbers;
         else

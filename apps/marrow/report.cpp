@@ -25,7 +25,7 @@ std::string source_of(const Surface& surface) {
 void print_text(std::ostream& out, const SurfaceResults& results) {
     for (const Surface& surface : results.surfaces) {
         out << fmt::format("{}: {} points, {} triangles {}{}\n",
-                           surface.output.empty() ? surface.name : surface.output.string(),
+                           printable(surface.output.empty() ? surface.name : surface.output.string()),
                            surface.size().points, surface.size().triangles, source_of(surface),
                            surface.device == kCpu ? "" : ", on " + surface.device);
         if (surface.held_back > 0)
@@ -39,7 +39,7 @@ void print_text(std::ostream& out, const SurfaceResults& results) {
             const auto print_change = [&](const char* name, double before, double after) {
                 if (before != 0) out << fmt::format(", {} {:+.3f} %", name, 100 * (after / before - 1));
             };
-            print_change("volume", step.before.size.volume, step.after.size.volume);
+            if (step.encloses_volume) print_change("volume", step.before.size.volume, step.after.size.volume);
             print_change("area", step.before.size.area, step.after.size.area);
             if (const auto& moved = step.deviation ? step.deviation : step.moved)
                 out << fmt::format(", moved {:.3g} mm at most and {:.3g} mm on average", moved->max,

@@ -49,7 +49,8 @@ struct StepReport {
     /// Points that smoothing held back, or collapses that reduction undid, because the surface would have
     /// passed through itself.
     std::int64_t held_back = 0;
-    std::string note;  ///< what the user must know; empty: nothing
+    bool encloses_volume = true;  ///< the surface is closed
+    std::string note;             ///< what the user must know; empty: nothing
 };
 
 /// Walls that the scan is too coarse for.

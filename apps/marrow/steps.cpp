@@ -157,17 +157,17 @@ void add_filter_options(Arguments& arguments, FilterSteps& steps, const std::str
     arguments.add_option(
         "--blur",
         number_value("MM", "a standard deviation in mm", steps.blur, [](double x) { return x >= 0; }),
-        "Blur the scan with a Gaussian of standard deviation MM.");
+        "Blur the scan with a Gaussian of standard deviation MM; 0: none.");
     arguments.add_option(
         "--isotropic",
         number_value("MM", "a spacing in mm", steps.isotropic, [](double x) { return x >= 0; }),
-        "Resample the scan to the spacing MM along all axes; helps with thick slices.");
+        "Resample the scan to the spacing MM along all axes, which helps with thick slices; 0: none.");
 }
 
 void add_surface_options(Arguments& arguments, SurfaceSteps& steps) {
     arguments.add_flag("--largest", steps.largest,
                        "Keep only the largest component; the same as --components 1 --no-cavities.");
-    arguments.add_option("--components", integer_value("N", steps.components, 0),
+    arguments.add_option("--components", integer_value("N", steps.components, 1),
                          "Keep the N components with the most triangles.");
     arguments.add_option(
         "--clean-small",

@@ -53,6 +53,7 @@ Volume SurfaceJob::read(ScanOptions options, const FilterSteps& steps, const Ins
         options.progress = progress;
         scan = marrow::read_scan(options_.scan.path, options, &results.info);
     });
+    check_is_no_slice(options_.output.picture, options_.scan.path, results.info.format);
     results.warnings = results.info.warnings;
     if (unfiltered) unfiltered(scan);
     if (steps.any())

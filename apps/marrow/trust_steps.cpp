@@ -59,14 +59,15 @@ void check_trust(const TrustSteps& steps) {
             "--keep-thin restores the walls that --no-alarm does not look for: leave one of them out");
 }
 
-void look_for_thin_walls(Surface& surface, const Volume& scan, const NoiseEstimate& noise, bool keep,
-                         IsosurfaceOptions options) {
+void look_for_thin_walls(Surface& surface, const Volume& scan, const NoiseEstimate& noise,
+                         std::optional<double> padding, bool keep, IsosurfaceOptions options) {
     // Each half of the progress is one of the two steps.
     const Progress progress = options.progress;
     const auto half = [&](double begin) { return [&, begin](double f) { return progress(begin + f / 2); }; };
     surface.thin_walls = VanishedWalls{
-        .found = find_thin_walls(scan, surface.isovalue, surface.mesh,
-                                 {.noise = noise.sigma, .threads = options.threads, .progress = half(0)}),
+        .found = find_thin_walls(
+            scan, surface.isovalue, surface.mesh,
+            {.noise = noise.sigma, .padding = padding, .threads = options.threads, .progress = half(0)}),
         .noise_is_known = noise.windows > 0};
     if (!keep || surface.thin_walls->found.samples.empty()) return;
     const Volume restored = restore_thin_walls(scan, surface.isovalue, surface.thin_walls->found,
@@ -77,9 +78,7 @@ void look_for_thin_walls(Surface& surface, const Volume& scan, const NoiseEstima
     surface.thin_walls->restored = true;
 }
 
-void add_trust(Surface& surface, const Volume& scan, const NoiseEstimate& noise, bool hounsfield, int threads,
-               const Progress& progress) {
-    TrustOptions options{.noise = noise, .threads = threads, .progress = progress};
+void add_trust(Surface& surface, const Volume& scan, bool hounsfield, TrustOptions options) {
     if (hounsfield) options.step = 100;
     surface.trust =
         surface_trust(report_trust(scan, surface.mesh.points, options), hounsfield, scan, surface.mesh.points,

@@ -28,12 +28,11 @@ void check_trust(const TrustSteps& steps);
 
 /// Finds thin walls beside a surface that was just extracted with `options`, which have a progress. To keep
 /// them, extracts it again with them.
-void look_for_thin_walls(Surface& surface, const Volume& scan, const NoiseEstimate& noise, bool keep,
-                         IsosurfaceOptions options);
+void look_for_thin_walls(Surface& surface, const Volume& scan, const NoiseEstimate& noise,
+                         std::optional<double> padding, bool keep, IsosurfaceOptions options);
 
-/// Reports on the points of a finished surface. `hounsfield`: the samples are HU.
-void add_trust(Surface& surface, const Volume& scan, const NoiseEstimate& noise, bool hounsfield, int threads,
-               const Progress& progress);
+/// Reports on the points of a finished surface. `hounsfield`: the samples are HU, so the step is 100.
+void add_trust(Surface& surface, const Volume& scan, bool hounsfield, TrustOptions options);
 
 /// Gives an object what is written with the points of its surface. It borrows the surface.
 void add_point_data(const Surface& surface, MeshObject& object);

@@ -193,7 +193,7 @@ class WordCheck {
         const CLI::Option* option = app_->get_option_no_throw(name);
         if (option != nullptr && name.size() == 2 && word.starts_with(name + "="))
             refuse(
-                fmt::format("{} has '=' only after a long name: write '{} {}'", word, name, word.substr(3)));
+                fmt::format("'=' goes only with long names of options: write '{} {}'", name, word.substr(3)));
         if (option == nullptr)
             refuse(fmt::format("there is no option {}{}", name, did_you_mean(name, names_of_options(*app_))));
         const bool repeated = !options_.insert(option).second;

@@ -24,7 +24,7 @@ void print_line(const Console& console, std::string_view colour, std::string_vie
         console.err << colour << prefix << kPlain;
     else
         console.err << prefix;
-    console.err << ' ' << text << '\n';
+    console.err << ' ' << printable(text) << '\n';
 }
 
 bool wants_colour() {
@@ -55,6 +55,18 @@ std::string message_of(const std::exception& error) {
 }
 
 }  // namespace
+
+std::string printable(std::string_view text) {
+    std::string out;
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (byte < 0x20 || byte == 0x7f)
+            out += fmt::format("\\x{:02x}", byte);
+        else
+            out += c;
+    }
+    return out;
+}
 
 void Console::error(std::string_view text) const {
     print_line(*this, kRed, "marrow:", text);

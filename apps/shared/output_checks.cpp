@@ -34,6 +34,10 @@ bool is_of_scan(const fs::path& file, const fs::path& input) {
     return false;
 }
 
+fs::path folder_of(const fs::path& file) {
+    return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
 [[noreturn]] void refuse_overwriting(const fs::path& file) {
     throw UsageError(fmt::format("'{}' would overwrite the input: give another output", file.string()));
 }
@@ -42,14 +46,15 @@ bool is_of_scan(const fs::path& file, const fs::path& input) {
 
 void check_output(const fs::path& file, const fs::path& input) {
     if (file.empty()) return;
-    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    const fs::path folder = folder_of(file);
     std::error_code error;
     if (!fs::is_directory(folder, error)) {
-        const bool missing = !error || error == std::errc::no_such_file_or_directory;
-        throw IoError(
-            fmt::format("cannot write '{}': {}", file.string(),
-                        missing ? fmt::format("there is no folder '{}'; create it first", folder.string())
-                                : error.message()));
+        std::string reason = error.message();
+        if (!error || error == std::errc::not_a_directory)
+            reason = fmt::format("'{}' is not a folder", folder.string());
+        else if (error == std::errc::no_such_file_or_directory)
+            reason = fmt::format("there is no folder '{}'; create it first", folder.string());
+        throw IoError(fmt::format("cannot write '{}': {}", file.string(), reason));
     }
     if (is_of_scan(file, input)) refuse_overwriting(file);
 }
@@ -61,6 +66,15 @@ void check_not_read(const std::vector<fs::path>& files, const std::vector<fs::pa
     for (const fs::path& file : files) {
         if (read.contains(fs::weakly_canonical(file, ignored))) refuse_overwriting(file);
     }
+}
+
+void check_is_no_slice(const fs::path& picture, const fs::path& input, ScanFormat format) {
+    if (format != ScanFormat::slices || lower_case(picture.extension().string()) != ".png") return;
+    std::error_code ignored;
+    if (fs::equivalent(folder_of(picture), input, ignored))
+        throw UsageError(fmt::format(
+            "'{}' would become a slice of the scan in its folder: give a picture in another folder",
+            picture.string()));
 }
 
 bool has_placeholder(const fs::path& file) {

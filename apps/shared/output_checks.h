@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <marrow/mesh_io.h>
+#include <marrow/scan_io.h>
 
 namespace marrow::apps {
 
@@ -16,6 +17,11 @@ void check_output(const std::filesystem::path& file, const std::filesystem::path
 /// Checks that none of these outputs is a file that the scan was read from. \throw UsageError
 void check_not_read(const std::vector<std::filesystem::path>& files,
                     const std::vector<std::filesystem::path>& scan_files);
+
+/// Checks that a picture will not be a slice when `input`, a folder of slices, is read again. An empty path
+/// is no picture. \throw UsageError
+void check_is_no_slice(const std::filesystem::path& picture, const std::filesystem::path& input,
+                       ScanFormat format);
 
 /// What stands for the name of each surface in an output.
 inline constexpr std::string_view kNamePlaceholder = "{name}";

@@ -10,6 +10,7 @@
 #include <marrow/mesh_io.h>
 #include <marrow/volume_filters.h>
 
+#include "decimal_text.h"
 #include "sample_text.h"
 
 namespace marrow::apps {
@@ -109,9 +110,10 @@ std::optional<std::string> thin_walls_warning(const ThinWalls& found, bool noise
     const auto& [at, area] = found.walls.front();
     return fmt::format(
         "{} beside the surface are walls that are too thin for the scan and fall below isovalue {}; the "
-        "largest has {:.0f} mm2 at {:.1f}, {:.1f}, {:.1f} mm: --keep-thin restores them, --no-alarm does not "
+        "largest has {} mm2 at {}, {}, {} mm: --keep-thin restores them, --no-alarm does not "
         "look for them{}",
-        thin_walls_text(found), value_text(isovalue), area, sign * at[0], sign * at[1], at[2],
+        thin_walls_text(found), value_text(isovalue), decimal_text(area, 0), decimal_text(sign * at[0], 1),
+        decimal_text(sign * at[1], 1), decimal_text(at[2], 1),
         noise_is_known ? "" : "; the noise of the scan is unknown, so some of it may be noise");
 }
 
@@ -130,7 +132,7 @@ std::optional<std::string> unfinished_reduction_warning(std::int64_t requested, 
 }
 
 std::string thin_walls_text(const ThinWalls& found) {
-    return fmt::format("{:.0f} mm2 in {} place{}", found.area, found.walls.size(),
+    return fmt::format("{} mm2 in {} place{}", decimal_text(found.area, 0), found.walls.size(),
                        found.walls.size() == 1 ? "" : "s");
 }
 

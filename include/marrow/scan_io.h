@@ -27,10 +27,10 @@ namespace marrow {
 /// | nrrd      | .nrrd .nhdr                              | space directions and origin; made LPS          |
 /// | metaimage | .mha .mhd                                | TransformMatrix, Offset, ElementSpacing        |
 /// | zarr      | folder of OME-Zarr 0.4 or 0.5            | scale and translation of the axes x, y, z      |
-/// | tiff      | .tif .tiff of several pages              | ScanOptions::spacing, required                 |
+/// | tiff      | .tif .tiff of one or more pages          | ScanOptions::spacing, required                 |
 /// | slices    | folder of .png .tif .jpg .bmp, or a file | ScanOptions::spacing, required                 |
 ///
-/// The content of a file decides its format; the extension counts only if the content is ambiguous. Files in
+/// The content of a file decides its format; NIfTI and MetaImage also need their extension. Files in
 /// a folder may have any name. A folder is DICOM if it or a nested folder holds a DICOM file. One DICOM file
 /// stands for its series; the other files of that series are in the same folder. Image slices are in natural
 /// order: slice 2 comes before slice 10. A Zarr array without the metadata of OME-Zarr must have

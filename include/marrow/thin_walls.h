@@ -19,6 +19,8 @@ namespace marrow {
 struct ThinWallOptions {
     /// Standard deviation of the noise, in the unit of the values; >= 0. Not set: estimate_noise() gives it
     std::optional<double> noise = {};
+    /// ScanInfo::padding: the value of samples that say nothing of a wall or of the noise
+    std::optional<double> padding = {};
     int threads = 0;  ///< 0: all
     Progress progress = {};
 };
@@ -56,9 +58,9 @@ struct ThinWalls {
 /// enough, and the sheet need not be flat.
 ///
 /// Walls begin at samples beside the inside of the surface, and go on from sample to neighbouring sample.
-/// Those with fewer than five samples in their sheet are left out, and so is what falls to an infinite sample
-/// within three samples across it. A fold of soft tissue between air looks the same as a thin wall of bone,
-/// and sharp edges can look like one.
+/// Those with fewer than five samples in their sheet are left out, and so is what has padding or falls to an
+/// infinite sample within three samples across it. A fold of soft tissue between air looks the same as a thin
+/// wall of bone, and sharp edges can look like one.
 ///
 /// `surface` is the surface that extract_isosurface gives at `isovalue`. The result is the same for any
 /// number of threads. \throw InputError a null view, bad geometry, an isovalue or a coordinate that is not

@@ -28,13 +28,14 @@ struct NoiseEstimate {
 };
 
 struct NoiseOptions {
-    int threads = 0;  ///< 0: all
+    std::optional<double> padding = {};  ///< ScanInfo::padding: the value of samples that are left out
+    int threads = 0;                     ///< 0: all
     Progress progress = {};
 };
 
 /// Estimates the noise in tissue: in windows of 7 x 7 samples within a slice whose samples are all above the
-/// value that Otsu's method gives for the scan. Air is left out, because CT cuts it off at -1024 and MRI at
-/// 0, which makes its noise look smaller.
+/// value that Otsu's method gives for the scan, and no padding. Air is left out, because CT cuts it off at
+/// -1024 and MRI at 0, which makes its noise look smaller.
 ///
 /// The mode of local standard deviations after Coupe et al. 2010 and the "global noise level" of CT
 /// (Christianson et al. 2015); the Laplacian after Immerkaer 1996, with the median absolute
@@ -47,14 +48,16 @@ struct TrustOptions {
     /// tenth of the contrast, which otsu_contrast() gives, or 1 without contrast
     std::optional<double> step = {};
     std::optional<NoiseEstimate> noise = {};  ///< of the scan; not set: it is estimated
-    int threads = 0;                          ///< 0: all
+    /// ScanInfo::padding: noise and contrast leave samples of this value out
+    std::optional<double> padding = {};
+    int threads = 0;  ///< 0: all
     Progress progress = {};
 };
 
 /// The distribution of a distance over the points of a surface, mm.
 struct TrustPercentiles {
     double median = 0, percentile_90 = 0, percentile_99 = 0;
-    std::int64_t capped = 0;  ///< points where it is larger than one sample, and is given as one sample
+    std::int64_t capped = 0;  ///< points where it is larger than TrustReport::cap, and is given as that
 };
 
 /// The result of report_trust().

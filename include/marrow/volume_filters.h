@@ -51,10 +51,10 @@ MARROW_EXPORT Volume gaussian_filter(const VolumeView& volume, double sigma,
 /// Resamples to `spacing` mm along all three axes by cubic convolution (Keys 1981). The first sample stays;
 /// the last is the last one within the volume. New samples at positions of old ones keep their values, and an
 /// axis that already has the spacing does not change. Spacings are equal to a millionth, because files hold
-/// them as float32. It does not blur: before a coarser spacing, call gaussian_filter. The result has the
-/// sample type that gaussian_filter gives. NaN spreads to the samples that are interpolated from it. \throw
-/// InputError a spacing that is not positive and finite; LimitError more than 2^30 samples along an axis, or
-/// not enough memory; Cancelled
+/// them as float32. An axis with a single sample keeps its spacing. It does not blur: before a coarser
+/// spacing, call gaussian_filter. The result has the sample type that gaussian_filter gives. NaN spreads to
+/// the samples that are interpolated from it. \throw InputError a spacing that is not positive and finite;
+/// LimitError more than 2^30 samples along an axis, or not enough memory; Cancelled
 MARROW_EXPORT Volume resample_isotropic(const VolumeView& volume, double spacing,
                                         const FilterOptions& options = {});
 

@@ -128,6 +128,15 @@ TEST_F(CheckCommand, ReportsThinWallsWithoutCallingThemUnsound) {
     EXPECT_EQ(Json::parse(missing.out)["exit_code"], 3);
 }
 
+TEST_F(CheckCommand, GivesBoundsInTheSpaceOfTheFile) {
+    const std::string file = folder / "ball.ply";
+    const Outcome made = marrow_with({scan, "-o", file, "--isovalue", "0.5", "--space", "RAS", "--json"});
+    ASSERT_EQ(made.code, 0) << made.err;
+    const Json checked = Json::parse(marrow_with({"check", file, "--json"}).out);
+    EXPECT_EQ(checked["space"], "RAS");
+    EXPECT_EQ(checked["bounds_mm"], Json::parse(made.out)["bounds_mm"]);
+}
+
 TEST_F(CheckCommand, PrintsSmallNumbers) {
     const std::string tiny = folder / "tiny.obj";
     write_file(tiny,

@@ -152,6 +152,13 @@ TEST_F(LabelMap, WithOneLabelFitsAnyFormat) {
     EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "one.stl"}));
 }
 
+TEST_F(LabelMap, WithSeveralLabelsIsRefusedBeforeTheyAreExtracted) {
+    const Outcome outcome = marrow_with({map, "--labels", "-o", folder / "one.stl", "--verbose"});
+    EXPECT_EQ(outcome.code, kUsage);
+    EXPECT_NE(outcome.err.find("can hold only one surface"), outcome.err.npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("extract"), outcome.err.npos) << outcome.err;
+}
+
 TEST_F(LabelMap, WritesOnlyTheWantedLabelsInTheSameShape) {
     const auto surfaces = [&](const std::vector<std::string>& more) {
         std::vector<std::string> command{map, "--labels", table, "-o", folder / "a.vtp", "--json"};

@@ -13,6 +13,7 @@
 #include "shared/display.h"
 #include "support/command_line.h"
 #include "support/fields.h"
+#include "support/scan_files.h"
 
 // OpenGL drivers keep memory until the process ends. AddressSanitizer must not report that as a leak.
 extern "C" const char* __asan_default_options() {
@@ -45,6 +46,18 @@ TEST(Picture, NamesXvfbIfThereIsNoDisplay) {
     EXPECT_EQ(outcome.code, 3);
     EXPECT_NE(outcome.err.find("xvfb-run -a marrow"), outcome.err.npos) << outcome.err;
     EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
+TEST(Picture, BecomesNoSliceOfTheScan) {
+    if (!has_display()) GTEST_SKIP() << "no display";
+    const TemporaryFolder folder;
+    for (const char* slice : {"1.png", "2.png", "3.png"})
+        write_file(folder / slice, png<std::uint8_t>(2, 2, {0, 0, 9, 99}));
+    const Outcome outcome = marrow_with({folder.path(), "--spacing", "1,1,1", "--isovalue", "50", "-o",
+                                         folder / "a.stl", "--picture", folder / "4.png"});
+    EXPECT_EQ(outcome.code, kUsage);
+    EXPECT_NE(outcome.err.find("would become a slice"), outcome.err.npos) << outcome.err;
+    EXPECT_EQ(folder.files(), (Names{"1.png", "2.png", "3.png"}));
 }
 
 // Seen from the patient's front left, head up: a ball above appears above, one on the patient's left to the

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/command_line.h"
+#include "support/dicom_series.h"
 
 namespace marrow::test {
 namespace {
@@ -125,6 +126,21 @@ TEST_F(Sweep, CoversTheRangeOfAllSamplesByDefault) {
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out.find("\n-1000,"), outcome.out.find('\n'));
     EXPECT_NE(outcome.out.find("\n1000,"), outcome.out.npos);
+}
+
+TEST(SweepOfPadding, BeginsAndEndsAtOtherSamples) {
+    const TemporaryFolder folder;
+    write_series(folder, 3, "slice", [](DicomWriter& s, int k) {
+        std::vector<std::int16_t> samples = slice_samples(k);
+        samples.front() = 4095;
+        s.pixels(columns, rows, samples);
+        s.number(0x00280120, 4095);
+    });
+    const Outcome outcome = marrow_with({"sweep", folder.path(), "-n", "3", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json sweep = Json::parse(outcome.out)["sweep"];
+    EXPECT_EQ(sweep[0]["isovalue"], 1);
+    EXPECT_EQ(sweep[2]["isovalue"], 212);
 }
 
 TEST_F(Sweep, DrawsIsovaluesThatAreNeighbouringNumbers) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/command_line.h"
+#include "support/scan_files.h"
 
 namespace marrow::test {
 namespace {
@@ -82,6 +83,56 @@ TEST_F(Mistake, NeverReplacesASliceByAPictureOrAScanByAPlot) {
     std::filesystem::copy_file(scan, folder / "scan.svg");
     EXPECT_EQ(marrow_with({"sweep", folder / "scan.svg", "--plot", folder / "scan.svg"}).code, kUsage);
     EXPECT_EQ(read_file(folder / "scan.svg"), read_file(scan));
+}
+
+TEST_F(Mistake, MakesNoPictureASliceOfTheScan) {
+    const std::string stack = folder / "stack";
+    std::filesystem::create_directory(stack);
+    for (const char* slice : {"/1.png", "/2.png", "/3.png"})
+        write_file(stack + slice, png<std::uint8_t>(2, 2, {0, 0, 9, 99}));
+    const auto refuses = [&](const std::string& command, const std::string& option,
+                             const std::string& picture) {
+        const Outcome outcome = marrow_with({command, stack, "--spacing", "1,1,1", option, picture});
+        const bool refused = outcome.err.find("would become a slice") != std::string::npos;
+        EXPECT_EQ(outcome.code, refused ? kUsage : 0) << outcome.err;
+        EXPECT_EQ(std::filesystem::exists(picture), !refused);
+        return refused;
+    };
+    EXPECT_TRUE(refuses("info", "--picture", stack + "/./4.png"));
+    EXPECT_TRUE(refuses("sweep", "--plot", stack + "/4.png"));
+    EXPECT_FALSE(refuses("info", "--picture", folder / "4.png"));
+    EXPECT_FALSE(refuses("sweep", "--plot", stack + "/4.svg"));
+}
+
+TEST_F(Mistake, PrintsNoControlCharacterOfAName) {
+    const std::string name = folder / "a\n\x1b[31mb";
+    for (const std::vector<std::string>& command : {std::vector<std::string>{name},
+                                                    {"check", name},
+                                                    {scan, "-o", name + "/x.stl", "--isovalue", "0"}}) {
+        const std::string err = marrow_with(command).err;
+        EXPECT_NE(err.find("a\\x0a\\x1b[31mb"), err.npos) << err;
+        EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+    }
+    const Outcome written = marrow_with({scan, "-o", name + ".stl", "--isovalue", "0"});
+    ASSERT_EQ(written.code, 0) << written.err;
+    EXPECT_NE(written.out.find("a\\x0a\\x1b[31mb.stl: "), written.out.npos) << written.out;
+}
+
+TEST_F(Mistake, SaysThatAFileIsNoFolder) {
+    const Outcome outcome = marrow_with({scan, "-o", scan + "/x.stl", "--isovalue", "0"});
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_NE(outcome.err.find("'" + scan + "' is not a folder"), outcome.err.npos) << outcome.err;
+}
+
+TEST_F(Mistake, GivesAnOpenSurfaceNoVolume) {
+    const std::vector<std::string> command{scan,     "--isovalue", "0",        "-o", folder / "a.stl",
+                                           "--keep", "0.5",        "--smooth", "5"};
+    EXPECT_NE(marrow_with(command).out.find(", volume "), std::string::npos);
+    std::vector<std::string> open = command;
+    open.push_back("--open");
+    const Outcome outcome = marrow_with(open);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out.find(", volume "), outcome.out.npos) << outcome.out;
 }
 
 TEST_F(Mistake, TakesNoFileThatBeginsWithAnEqualsSignByOversight) {

@@ -240,6 +240,21 @@ TEST(ThinWalls, InfiniteSamplesStayAlone) {
         EXPECT_LT(restored.samples<float>()[i], std::numeric_limits<float>::infinity());
 }
 
+// How high a wall is cannot be told beside padding, which is far below air.
+TEST(ThinWalls, HaveNoPaddingBesideThem) {
+    Volume volume = plate_scan(0.7, 0);
+    const Mesh mesh = surface_of(volume);
+    const ThinWalls whole = find_thin_walls(volume, kIsovalue, mesh, {.noise = 20});
+    ASSERT_GT(whole.samples.size(), 0u);
+    const auto [nx, ny, nz] = volume.geometry().dims;
+    const auto middle = whole.samples[whole.samples.size() / 2].index;
+    constexpr std::int16_t kPadding = -2000;
+    for (std::int64_t z = middle[2] + 2; z < nz; ++z)
+        std::fill_n(volume.samples<std::int16_t>() + z * nx * ny, nx * ny, kPadding);
+    const ThinWallOptions options{.noise = 20, .padding = kPadding};
+    EXPECT_TRUE(find_thin_walls(volume, kIsovalue, mesh, options).samples.empty());
+}
+
 // In noise, most of the time is spent on following walls.
 TEST(ThinWalls, ReportProgressFromTheStartAndCanBeCancelled) {
     Random random(4);

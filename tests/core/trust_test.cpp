@@ -210,6 +210,25 @@ TEST(Noise, AirInTheFirstSlicesIsNoTissue) {
     }
 }
 
+// Padding above tissue, as in scans whose PixelPaddingValue is 4095 or 65535, is not even tissue.
+TEST(Noise, LeavesPaddingOut) {
+    Random random(10);
+    std::normal_distribution<float> noise(0, 20);
+    const Volume volume = sampled<std::int16_t>(grid(140, 140, 12), [&](auto x, auto y, auto) {
+        const double from_centre = std::hypot(x - 70, y - 70);
+        if (from_centre > 68) return 4095l;
+        return from_centre > 50 ? -1000l : std::lround(50 + noise(random));
+    });
+    EXPECT_EQ(estimate_noise(volume).sigma, 0);
+    const NoiseEstimate found = estimate_noise(volume, {.padding = 4095});
+    EXPECT_NEAR(found.sigma / 20, 1, 0.05);
+    EXPECT_NEAR(found.laplacian / 20, 1, 0.05);
+
+    const Mesh mesh = extract_isosurface(volume, -475);
+    EXPECT_NEAR(report_trust(volume, mesh.points, {.padding = 4095}).step, 105, 1);
+    EXPECT_EQ(report_trust(volume, mesh.points, {.padding = 4095}).noise.sigma, found.sigma);
+}
+
 // Tissue is first sought in every fourth row. Here these are of air, and so a part of each window is.
 TEST(Noise, IsUnknownWhereAirIsInEachWindow) {
     Random random(9);
@@ -218,6 +237,15 @@ TEST(Noise, IsUnknownWhereAirIsInEachWindow) {
         return y % 4 == 0 ? -1024 : std::lround(50 + noise(random));
     });
     EXPECT_EQ(estimate_noise(volume).windows, 0);
+}
+
+TEST(Noise, IsUnknownWhereSquaresOverflow) {
+    Random random(11);
+    std::normal_distribution<double> noise(0, 1e200);
+    const Volume volume = sampled<double>(grid(70, 70, 3), [&](auto, auto, auto) { return noise(random); });
+    const NoiseEstimate found = estimate_noise(volume);
+    EXPECT_EQ(found.windows, 0);
+    EXPECT_EQ(found.sigma, 0);
 }
 
 TEST(Noise, IsUnknownWithoutAWindow) {

@@ -241,6 +241,14 @@ TEST(Resample, KeepsSamplesAtOldPositions) {
 }
 
 // As NIfTI has it: the last slice is there, although 0.7f and 0.35f are a little less than the double.
+// The thickness of a single slice is all that is known of it.
+TEST(Resample, KeepsTheThicknessOfASingleSlice) {
+    Geometry geometry = grid(8, 8, 1);
+    geometry.spacing = {1, 1, 5};
+    const Volume volume = sampled<float>(geometry, [](auto x, auto y, auto) { return x * y; });
+    EXPECT_EQ(resample_isotropic(volume, 0.5).geometry().spacing, (Vec3d{0.5, 0.5, 5}));
+}
+
 TEST(Resample, TakesSpacingsThatWereFloat32) {
     Geometry g = grid(5, 4, 101);
     g.spacing = {0.7f, 1.4f, 2.8f};

@@ -314,6 +314,37 @@ TEST(DicomTable, StreamsOfMoreBitsThanTheStoredOnesKeepTheirSign) {
     }
 }
 
+// What is above the stored bits, such as an overlay, is no part of the value, as in uncompressed samples. A
+// stream that states a precision of its own is believed.
+TEST(DicomTable, StreamsOfMoreBitsThanTheStoredOnesAreMaskedIfTheyFillTheCells) {
+    constexpr int width = 4, height = 2;
+    const std::vector<std::int16_t> values = {0, 1, 77, 1000, 2047, 2048, 4000, 4095};
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    for (const int bits : {13, 16}) {
+        std::vector<std::uint16_t> cells;
+        for (const std::int16_t value : values)
+            cells.push_back(static_cast<std::uint16_t>(value | 1 << (bits - 1)));
+        for (const auto& [syntax, stream] :
+             {std::pair<std::string, std::string>{"1.2.840.10008.1.2.4.80",
+                                                  jpeg_ls(width, height, cells, bits)},
+              {"1.2.840.10008.1.2.4.90", jpeg_2000(width, height, cells, bits)},
+              {"1.2.840.10008.1.2.4.57", lossless_jpeg(width, height, cells, bits, 1, false)}}) {
+            SCOPED_TRACE(syntax + " of " + std::to_string(bits) + " bits");
+            const TemporaryFolder folder;
+            DicomWriter s;
+            s.pixel_format(16, 12, false);
+            s.pixels(width, height, cells);
+            s.compressed_syntax = syntax;
+            s.fragments = {even(stream)};
+            const auto read = samples_of<std::int16_t>(read_scan(s.write(folder / "one.dcm"), options));
+            ASSERT_EQ(read.size(), values.size());
+            for (std::size_t i = 0; i < values.size(); ++i)
+                EXPECT_EQ(read[i], bits == 16 ? values[i] : cells[i]) << i;
+        }
+    }
+}
+
 // Some encoders write zeros for the range of frequencies of a sequential scan.
 TEST(DicomTable, SequentialJpegNeedNotStateItsFrequencies) {
     using namespace std::string_literals;
@@ -457,6 +488,42 @@ TEST(DicomTable, UnknownTransferSyntaxAndVideoAreRefusedByName) {
             s.fragments = {"some bytes"};
         });
         contains(refusal<InputError>(folder.path()), name);
+    }
+}
+
+// GE's private syntax is implicit.
+TEST(DicomTable, PrivateTransferSyntaxesAreRefusedByNameInEitherForm) {
+    const std::string uid = "1.2.840.113619.5.2";
+    for (const Form form : {Form::implicit_little, Form::explicit_little}) {
+        const TemporaryFolder folder;
+        write_series(folder, 2, "s", [&](DicomWriter& s, int) { s.form = form; });
+        for (const char* name : {"s0", "s1"}) {
+            std::string bytes = read_file(folder / name);
+            const std::size_t at = bytes.find("1.2.840.10008.1.2");
+            ASSERT_NE(at, bytes.npos);
+            bytes.replace(at, uid.size(), uid);
+            if (form == Form::explicit_little) bytes[at + uid.size()] = '\0';  // it is longer
+            write_file(folder / name, bytes);
+        }
+        contains(refusal<InputError>(folder.path()),
+                 "the transfer syntax '" + uid + "', which is not supported");
+    }
+}
+
+TEST(DicomTable, FloatingPointPixelsAreRefused) {
+    for (const std::uint32_t tag : {0x7fe00008u, 0x7fe00009u}) {
+        for (const char* sop_class : {"1.2.840.10008.5.1.4.1.1.30", "1.2.840.10008.5.1.4.1.1.4"}) {
+            const TemporaryFolder folder;
+            DicomWriter s = slice(0, 0);
+            s.text(0x00080016, "UI", sop_class);
+            s.pixel_format(32, 32, false);
+            s.elements.erase(0x7fe00010);
+            // Their VRs are OF and OD, which the writer does not know; UN has the same form.
+            s.elements[tag] = {"UN", std::string(std::size_t{8} * columns * rows, '\0')};
+            s.write(folder / "map");
+            for (const fs::path& input : {folder.path(), folder / "map"})
+                contains(refusal<InputError>(input), "has floating-point pixels, which are not supported");
+        }
     }
 }
 

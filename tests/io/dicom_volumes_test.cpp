@@ -163,6 +163,9 @@ TEST(DicomVolumes, SeveralAttributesTogether) {
     });
     expect_volumes(folder, {"echo time 10 ms, time point 1", "echo time 10 ms, time point 2",
                             "echo time 20 ms, time point 1", "echo time 20 ms, time point 2"});
+    // A list that has no room for all says so.
+    contains(refusal<GeometryError>(folder.path()),
+             "2: echo time 20 ms, time point 1; and 1 more); choose one");
 }
 
 // A heart beats a little faster or slower while each slice is scanned.

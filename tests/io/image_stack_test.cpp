@@ -299,6 +299,76 @@ TEST(ImageStack, ATiffOfImageJWhosePagesAreNotDescribedIsRefused) {
                  options),
              "200 images");
     EXPECT_EQ(read_scan(described_tiff(folder / "t.tif", 1, description), options).geometry().dims[2], 1);
+    // So does tifffile on request.
+    const auto truncated = [&](const std::string& sizes, std::size_t others) {
+        return described_tiff(folder / "t.tif", 1, "{\"shape\": [" + sizes + "], \"truncated\": true}",
+                              std::string(4 * others, '\1'));
+    };
+    contains(refusal<InputError>(truncated("20, 10, 2, 2", 199), options),
+             "one of its 200 images, as tifffile");
+    EXPECT_EQ(read_scan(truncated("200, 2, 2", 0), options).geometry().dims[2], 1);
+    EXPECT_EQ(read_scan(truncated("2, 2", 199), options).geometry().dims[2], 1);
+}
+
+// tifffile writes a volume as one page if it is told so.
+TEST(ImageStack, ATiffWhosePageIsAVolumeIsRefused) {
+    const TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    std::string bytes = tiff(3, 2, {{1, 2, 3, 4, 5, 6}});
+    bytes.replace(bytes.find(bytes_of(std::uint16_t{60000})), 2,
+                  bytes_of(std::uint16_t{TIFFTAG_IMAGEDEPTH}));  // the private tag has the value 7
+    contains(refusal<InputError>(write_file(folder / "t.tif", bytes), options), "holds 7 slices in one page");
+}
+
+// A TIFF of two columns, in one strip or tile.
+template <class T>
+fs::path tiff_of_type(const fs::path& path, int format, const std::vector<T>& samples, bool tiled) {
+    constexpr std::uint32_t columns = 2, side = 16;
+    const auto rows = static_cast<std::uint32_t>(samples.size()) / columns;
+    TIFF* out = TIFFOpen(path.c_str(), "w");
+    TIFFSetField(out, TIFFTAG_IMAGEWIDTH, columns);
+    TIFFSetField(out, TIFFTAG_IMAGELENGTH, rows);
+    TIFFSetField(out, TIFFTAG_BITSPERSAMPLE, static_cast<int>(8 * sizeof(T)));
+    TIFFSetField(out, TIFFTAG_SAMPLEFORMAT, format);
+    TIFFSetField(out, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+    std::vector<T> padded(side * side);
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        padded[(tiled ? side : columns) * (i / columns) + i % columns] = samples[i];
+    if (tiled) {
+        TIFFSetField(out, TIFFTAG_TILEWIDTH, side);
+        TIFFSetField(out, TIFFTAG_TILELENGTH, side);
+        TIFFWriteTile(out, padded.data(), 0, 0, 0, 0);
+    } else {
+        for (std::uint32_t row = 0; row < rows; ++row)
+            TIFFWriteScanline(out, padded.data() + columns * row, row, 0);
+    }
+    TIFFClose(out);
+    return path;
+}
+
+TEST(ImageStack, TiffOfTypesThatAVolumeLacksBecomesFloat64) {
+    const TemporaryFolder folder;
+    ScanOptions options;
+    options.spacing = Vec3d{1, 1, 1};
+    const auto expect_values = [&]<class T>(int format, const std::vector<T>& samples) {
+        const std::vector<double> values(samples.begin(), samples.end());
+        for (const bool tiled : {false, true})
+            EXPECT_EQ(samples_of<double>(
+                          read_scan(tiff_of_type(folder / "t.tif", format, samples, tiled), options)),
+                      values);
+    };
+    constexpr std::int64_t exact = (std::int64_t{1} << 53) - 1;
+    expect_values(SAMPLEFORMAT_UINT, std::vector<std::uint32_t>{0, 1, 70000, 0xffffffff});
+    expect_values(SAMPLEFORMAT_INT, std::vector<std::int64_t>{-exact, -1, 0, 5, 70000, exact});
+    expect_values(SAMPLEFORMAT_UINT, std::vector<std::uint64_t>{0, 1, 0xffffffff, std::uint64_t{exact}});
+    const std::vector<std::uint64_t> beyond{0, 1, 2, std::uint64_t{exact} + 1};
+    contains(refusal<InputError>(tiff_of_type(folder / "t.tif", SAMPLEFORMAT_UINT, beyond, false), options),
+             "t.tif': a 64-bit sample is beyond 2^53");
+    contains(refusal<InputError>(
+                 tiff_of_type(folder / "t.tif", SAMPLEFORMAT_IEEEFP, std::vector<std::uint16_t>(4), false),
+                 options),
+             "integers of 8 to 64 bits, float32 or float64");
 }
 
 TEST(ImageStack, BmpRunsFromTheBottom) {

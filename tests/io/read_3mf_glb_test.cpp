@@ -269,7 +269,7 @@ TEST_F(ReadObjects, RefusesUnsupported3mfFeatures) {
     says(refusal(model(solid, "")), "has no build items");
     says(refusal(model(solid, "<item objectid=\"5\"/>")), "builds object '5', which is missing");
     says(refusal(model(solid + solid)), "two objects '1'");
-    says(refusal(model(solid, item, "unit=\"parsec\"")), "unknown unit 'parsec'");
+    says(refusal(model(solid, item, "unit=\"furlong\"")), "unknown unit 'furlong'");
     says(refusal(model(solid, item, "requiredextensions=\"p\"")),
          "needs the 3MF extension 'p', which is not supported");
     says(refusal(model(solid, "<item objectid=\"1\" transform=\"1 2 3\"/>")), "12 numbers");

@@ -348,6 +348,20 @@ TEST_F(ReadMesh, ObjMayBeginWithAByteOrderMarkAndNameFacesFirst) {
     }
     EXPECT_THROW(read_mesh(write("a.obj", points + "f 1 2 4\n")), InputError);
     EXPECT_THROW(read_mesh(write("a.obj", "f 1 2 -1\n" + points)), InputError) << "before the first point";
+    // Messages count like the file.
+    for (const auto& [text, point] : {std::pair{points + "f 1 2 4\n", "4"},
+                                      {"f 1 2 3\n", "1"},
+                                      {points + "f 1 2 -5\n", "-5"},
+                                      {points + "f 1 2 99999999999\n", "99999999999"}}) {
+        try {
+            read_mesh(write("a.obj", text));
+            ADD_FAILURE() << text;
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find(std::string("names point ") + point + ", which"),
+                      std::string::npos)
+                << error.what();
+        }
+    }
 }
 
 TEST_F(ReadMesh, NamesThatEndWithABackslashComeBackFromObj) {

@@ -74,6 +74,28 @@ TEST(ReadNrrd, SpacingsAndMinsWithoutASpace) {
     expect_at(read(space_units + spacings + "units: \"um\" \"\" \"mm\"\n"), {1, 1, 1}, {1.5, 0.5, 1000});
 }
 
+// Programs that know no kinds tell an axis of values apart by its missing spacing.
+TEST(ReadNrrd, AnAxisOfOneSampleWithoutASpacingIsNotOfSpace) {
+    TemporaryFolder folder;
+    const auto read = [&](const std::string& fields) {
+        std::string header = nrrd(fields);
+        header.replace(header.find("dimension: 3\nsizes: 4 3 2"), 25, "dimension: 4");
+        return read_scan(write_file(folder / "n.nrrd", header + "\n" + bytes_of(samples())));
+    };
+    for (const char* fields :
+         {"sizes: 1 4 3 2\nspacings: nan 2 3 4\n", "sizes: 4 1 3 2\nspacings: 2 NaN 3 4\n",
+          "sizes: 4 3 2 1\nspacings: 2 3 4 nan\n"}) {
+        SCOPED_TRACE(fields);
+        const Volume volume = read(fields);
+        EXPECT_EQ(volume.geometry().dims, (std::array<std::int64_t, 3>{nx, ny, nz}));
+        EXPECT_EQ(volume.geometry().spacing, (Vec3d{2, 3, 4}));
+        EXPECT_EQ(samples_of<std::int16_t>(volume), samples());
+    }
+    // One that has a spacing is of space.
+    EXPECT_EQ(read("sizes: 4 6 1 1\nspacings: 2 3 4 nan\n").geometry().dims,
+              (std::array<std::int64_t, 3>{4, 6, 1}));
+}
+
 TEST(ReadNrrd, KeysMayHaveColons) {
     TemporaryFolder folder;
     const std::string keys = "DICOM_0008:0060:=CT\nDICOM_0008:0061:=MR\ncontent: a:=b\n";
@@ -163,6 +185,8 @@ TEST(ReadNrrd, DataMayBeInOtherFiles) {
     write_file(folder / "later.raw.gz", gzipped("twelve bytes" + data));
     write_file(folder / "sub/s07.raw", data.substr(0, data.size() / 2));
     write_file(folder / "sub/s08.raw", data.substr(data.size() / 2));
+    for (std::size_t row = 0; row < ny * nz; ++row)
+        write_file(folder / ("sub/row" + std::to_string(row)), data.substr(row * 2 * nx, 2 * nx));
     const std::vector<std::string> headers = {
         nrrd(space + "data file: data.raw\n"),
         nrrd(space + "datafile: ./data.raw"),  // no newline
@@ -171,6 +195,8 @@ TEST(ReadNrrd, DataMayBeInOtherFiles) {
         nrrd(space + "data file: data.raw.gz\n", "gzip"),
         nrrd(space + "byteskip: 12\ndata file: later.raw.gz\n", "gz"),
         nrrd(space + "data file: sub/s%02d.raw 7 8 1\n"),
+        nrrd(space + "data file: sub/s%02d.raw 7 8 1 2\n"),
+        nrrd(space + "data file: sub/row%d 0 5 1 1\n"),  // each file holds one axis
         nrrd(space + "data file: LIST\nsub/s07.raw\nsub/s08.raw\n"),
         nrrd(space + "data file: list 2\nsub/s07.raw\nsub/s08.raw\n"),
         nrrd(space + "data file: listmode.raw\nbyte skip: 12\n"),
@@ -339,6 +365,21 @@ TEST(ReadVolume, ClaimsBeyondTheFileAreRefusedAtOnce) {
         SCOPED_TRACE(path.filename());
         contains(refusal<InputError>(path), "claims");
     }
+}
+
+// A file may be longer than its samples and yet lack some, because they do not begin at its start.
+TEST(ReadVolume, MessagesOfTruncatedFilesCountWhatFollowsTheHeader) {
+    TemporaryFolder folder;
+    const std::string space = "spacings: 1 1 1\n", data = bytes_of(samples());
+    ASSERT_EQ(data.size(), 48u);
+    const auto why = [&](const std::string& header, const std::string& bytes) {
+        return refusal<InputError>(write_file(folder / "n.nrrd", header + "\n" + bytes));
+    };
+    contains(why(nrrd(space + "byte skip: 100\n"), std::string(100, '\0') + data.substr(0, 40)),
+             "claims 48 bytes of samples but the file has 40;");
+    contains(why(nrrd(space + "byte skip: 100\n"), data), "claims 48 bytes of samples but the file has 0;");
+    contains(why(nrrd(space + "byte skip: 1000000\n", "gzip"), gzipped(data)),
+             "claims 48 bytes of samples but the file can hold at most 0;");
 }
 
 // --- invalid input

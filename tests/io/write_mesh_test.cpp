@@ -387,6 +387,24 @@ TEST(PointData, OfAnotherLengthIsRefused) {
     EXPECT_THROW(write_meshes(std::array{object}, folder / "a.glb"), InputError);
 }
 
+TEST(PointData, OfSurfacesWithDifferentMeaningsHasAll) {
+    const TemporaryFolder folder;
+    const Mesh mesh = ball();
+    const std::vector<float> values(mesh.points.size());
+    MeshObject a{mesh}, b{mesh};
+    a.name = "skin", b.name = "bone";
+    a.arrays = {{"step", "mm", values}, {"wall", "not looked for", values}};
+    b.arrays = {{"step", "mm", values}, {"wall", "1 beside a wall", values}};
+    write_meshes(std::array{a, b}, folder / "a.vtp");
+    const auto data = read_back(folder / "a.vtp");
+    auto* meanings = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray("Meanings"));
+    ASSERT_TRUE(meanings);
+    std::vector<std::string> lines;
+    for (vtkIdType k = 0; k < meanings->GetNumberOfValues(); ++k) lines.push_back(meanings->GetValue(k));
+    EXPECT_EQ(lines, (std::vector<std::string>{"step: mm", "skin, wall: not looked for",
+                                               "bone, wall: 1 beside a wall"}));
+}
+
 TEST(PointData, NamesAndMeaningsThatWouldBreakTheFileAreRefused) {
     const TemporaryFolder folder;
     const Mesh mesh = ball();

@@ -55,6 +55,64 @@ TEST(ReadZarr, ChunksWhoseLinkLeadsNowhereAreRefused) {
               (std::vector<std::uint8_t>{1, 2, 3, 4}));
 }
 
+// A name alone stands for an extension without a configuration.
+TEST(ReadZarr, ExtensionsMayBeNamesAlone) {
+    const TemporaryFolder folder;
+    std::string text = kShard;
+    for (const std::string name : {"bytes", "default"}) {
+        const std::string whole = R"({"name":")" + name + R"("})";
+        ASSERT_NE(text.find(whole), text.npos);
+        for (std::size_t at; (at = text.find(whole)) != text.npos;)
+            text.replace(at, whole.size(), "\"" + name + "\"");
+    }
+    write_file(folder / "s/zarr.json", text);
+    EXPECT_EQ(samples_of<std::uint8_t>(read_scan(folder / "s", with_spacing())),
+              std::vector<std::uint8_t>(4, 7));
+    text.replace(text.find("\"bytes\""), 7, "\"vlen\"");
+    write_file(folder / "s/zarr.json", text);
+    contains(refusal<InputError>(folder / "s", with_spacing()), "the codec 'vlen' is not supported");
+}
+
+TEST(ReadZarr, UnitsAreThoseOfTheSpecification) {
+    const TemporaryFolder folder;
+    write_file(folder / "i/.zgroup", R"({"zarr_format":2})");
+    write_file(folder / "i/0/.zarray", kTwoChunks);
+    const auto with_unit = [&](const std::string& unit) {
+        std::string axes;
+        for (const char* name : {"z", "y", "x"})
+            axes += std::string(axes.empty() ? "" : ",") + R"({"type":"space","name":")" + name +
+                    R"(","unit":")" + unit + "\"}";
+        write_file(folder / "i/.zattrs", R"({"multiscales":[{"version":"0.4","axes":[)" + axes +
+                                             R"(],"datasets":[{"path":"0","coordinateTransformations":[)"
+                                             R"({"type":"scale","scale":[1,1,1]}]}]}]})");
+        return folder / "i";
+    };
+    for (const auto& [unit, mm] : {std::pair{"femtometer", 1e-12},
+                                   {"picometer", 1e-9},
+                                   {"angstrom", 1e-7},
+                                   {"nanometer", 1e-6},
+                                   {"micrometer", 1e-3},
+                                   {"millimeter", 1.0},
+                                   {"centimetre", 10.0},
+                                   {"decimeter", 100.0},
+                                   {"inch", 25.4},
+                                   {"foot", 304.8},
+                                   {"yard", 914.4},
+                                   {"meter", 1e3},
+                                   {"hectometer", 1e5},
+                                   {"kilometer", 1e6},
+                                   {"mile", 1609344.0},
+                                   {"megameter", 1e9}}) {
+        SCOPED_TRACE(unit);
+        EXPECT_EQ(read_scan(with_unit(unit)).geometry().spacing, (Vec3d{mm, mm, mm}));
+    }
+    // The message names the file that states the unit.
+    for (const char* unit : {"furlong", "odometer", "pixel"}) {
+        const std::string why = refusal<InputError>(with_unit(unit));
+        contains(why, "i/.zattrs': Zarr metadata: the unit '" + std::string(unit) + "' is unknown");
+    }
+}
+
 TEST(ReadZarr, DeepMetadataAreRefused) {
     const TemporaryFolder folder;
     const std::string deep = std::string(3'000'000, '[') + std::string(3'000'000, ']');

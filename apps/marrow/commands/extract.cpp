@@ -164,12 +164,17 @@ class Extraction {
         if (options_.trust.look_for_walls(is_bone))
             job_.results.seconds.extract += job_.stage("thin walls", [&](const Progress& progress) {
                 extraction.progress = progress;
-                look_for_thin_walls(surface, scan_, noise(progress), options_.trust.keep_thin, extraction);
+                look_for_thin_walls(surface, scan_, noise(progress), job_.results.info.padding,
+                                    options_.trust.keep_thin, extraction);
             });
         if (options_.steps.any()) refine(surface);
         if (options_.trust.report)
             job_.results.seconds.refine += job_.stage("trust", [&](const Progress& progress) {
-                add_trust(surface, scan_, noise(progress), hounsfield_, job_.threads(), progress);
+                add_trust(surface, scan_, hounsfield_,
+                          {.noise = noise(progress),
+                           .padding = job_.results.info.padding,
+                           .threads = job_.threads(),
+                           .progress = progress});
             });
     }
 
@@ -200,6 +205,7 @@ class Extraction {
         job_.results.seconds.refine += job_.stage("refine", [&](const Progress& progress) {
             surface.steps = refine_surface(surface.mesh, options_.steps, scan_.geometry().index_to_physical(),
                                            options_.job.reporting.json, job_.threads(), progress);
+            for (StepReport& step : surface.steps) step.encloses_volume = !options_.open;
             surface.measures = surface.steps.back().after.measures;
             if (surface.mesh.triangles.empty())
                 throw EmptySurface(fmt::format("no component of the surface at isovalue {} encloses {:g} mm3",
@@ -215,7 +221,10 @@ class Extraction {
     const NoiseEstimate& noise(const Progress& progress) {
         // How long the rest of the stage takes is not known.
         const Progress waiting = [&](double) { return progress(0); };
-        if (!noise_) noise_ = estimate_noise(scan_, {job_.threads(), waiting});
+        if (!noise_)
+            noise_ = estimate_noise(
+                scan_,
+                {.padding = job_.results.info.padding, .threads = job_.threads(), .progress = waiting});
         return *noise_;
     }
 
@@ -284,6 +293,8 @@ void check(const ExtractOptions& options) {
     check_surfaces(options.surfaces());
     check_steps(options.steps);
     check_trust(options.trust);
+    if (options.topology && options.snap > 0)
+        throw UsageError("--topology does not go with --snap: leave one of them out");
     files_of(options);  // so that mistakes in the output are found before the work
 }
 

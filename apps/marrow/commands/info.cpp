@@ -105,6 +105,7 @@ void inspect(const InfoCommandOptions& options, const ProgressReporter& reporter
         ScanInfo info;
         if (all_maps) scan.volume = 0;
         const Volume volume = read_scan(finding.input, scan, &info);
+        check_is_no_slice(options.picture, finding.input, info.format);
         if (is_chosen) {
             const ScanReport& report = *finding.report;
             finding.samples = report_on(volume, info, report.series[*report.chosen].hounsfield);
@@ -149,7 +150,7 @@ ExitCode run(const InfoCommandOptions& options, const Console& console, const st
             console.error(name_flags(error.what()));
         }
         if (options.reporting.json || !finding.report) continue;
-        if (options.inputs.size() > 1) console.out << input.string() << ": ";
+        if (options.inputs.size() > 1) console.out << printable(input.string()) << ": ";
         print_finding(console.out, finding, options.show_patient);
     }
     if (options.reporting.json) console.out << findings_json(findings, options.show_patient);

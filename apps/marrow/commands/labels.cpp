@@ -134,14 +134,22 @@ std::vector<fs::path> file_pattern(const LabelsOptions& options) {
     return files_of(options, {"{name}"});
 }
 
-void name_files(const LabelsOptions& options, const Labels& labels, std::vector<Surface>& surfaces) {
+// The file of each label that is wanted.
+std::map<std::int64_t, fs::path> name_files(const LabelsOptions& options, const Labels& labels) {
+    std::vector<std::int64_t> wanted;
     std::vector<std::string> names;
-    for (const Surface& surface : surfaces) names.push_back(labels.at(*surface.label).file_name);
-    const std::vector<fs::path> files = files_of(options, names);
-    for (std::size_t i = 0; i < surfaces.size(); ++i) {
-        check_output(files[i], options.job.scan.path);
-        surfaces[i].output = files[i];
+    for (const auto& [label, one] : labels) {
+        if (!one.wanted) continue;
+        wanted.push_back(label);
+        names.push_back(one.file_name);
     }
+    const std::vector<fs::path> files = files_of(options, names);
+    std::map<std::int64_t, fs::path> by_label;
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+        check_output(files[i], options.job.scan.path);
+        by_label.emplace(wanted[i], files[i]);
+    }
+    return by_label;
 }
 
 // The thousands of surfaces of a scan would take minutes, and nobody wants them.
@@ -269,6 +277,7 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
         choose_labels(*options.only, labels);
     else if (!options.segmentation)
         refuse_scan(options.job.scan.path, counts, maps[0]);
+    const std::map<std::int64_t, fs::path> files = name_files(options, labels);
     warn_of_table(options.table, table, labels, results.warnings);
     job.print_warnings();
 
@@ -288,7 +297,7 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
                         results.surfaces);
     });
     warn_of_loss(results.surfaces, results.warnings);
-    name_files(options, labels, results.surfaces);
+    for (Surface& surface : results.surfaces) surface.output = files.at(*surface.label);
     warn_of_coinciding_points(results.surfaces, "if that matters, write .3mf or .ply", results.warnings);
     job.deliver();
 }

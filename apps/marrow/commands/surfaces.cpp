@@ -114,8 +114,6 @@ void check_modes(Mode mode, const std::vector<std::string>& given) {
     for (const std::string& option : given) {
         if ((modes_of(option) & mode) == 0) throw UsageError(why_not(mode, option));
     }
-    if (has(given, "--topology") && has(given, "--snap"))
-        throw UsageError("--topology does not go with --snap: leave one of them out");
 }
 
 void check_shared(const SurfacesOptions& options) {

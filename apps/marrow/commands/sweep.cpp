@@ -50,18 +50,17 @@ void check(const SweepCommandOptions& options) {
     check_output(options.plot, options.scan.path);
 }
 
-// `contrast` receives that of the samples before blurring mixes padding with them.
+// `samples` receives those that are not padding, before blurring mixes padding with them.
 Volume read(const SweepCommandOptions& options, const ProgressReporter& reporter, ScanInfo& info,
-            double& contrast) {
+            Histogram& samples) {
     Volume scan;
-    const Inspect inspect = [&](const Volume& unmixed) {
-        contrast = otsu_contrast(histogram(unmixed, 256, info.padding));
-    };
+    const Inspect inspect = [&](const Volume& unmixed) { samples = histogram(unmixed, 256, info.padding); };
     reporter.stage("read", [&](const Progress& progress) {
         ScanOptions scan_options = options.scan.options;
         scan_options.progress = progress;
         scan = read_scan(options.scan.path, scan_options, &info);
     });
+    check_is_no_slice(options.plot, options.scan.path, info.format);
     if (options.filters.any())
         reporter.stage("filter", [&](const Progress& progress) {
             filter_scan(scan, options.filters, options.scan.options.threads, progress, inspect);
@@ -124,9 +123,9 @@ void add_options(Arguments& arguments, SweepCommandOptions& options) {
     add_filter_options(arguments, options.filters, "the LPS axes");
     arguments.start_group("Isovalues");
     arguments.add_option("--from", number_value("A", "a finite number", options.from, any),
-                         "First isovalue; default: the least sample.");
+                         "First isovalue; default: the least sample that is not padding.");
     arguments.add_option("--to", number_value("B", "a finite number", options.to, any),
-                         "Last isovalue; default: the largest sample.");
+                         "Last isovalue; default: the largest sample that is not padding.");
     arguments.add_option("-n,--samples", integer_value("N", options.samples, 2, 100'000),
                          "Measure N isovalues, evenly spaced from A to B; default: 100.");
     arguments.add_flag("--topology", options.topology,
@@ -142,9 +141,8 @@ void run(const SweepCommandOptions& options, const Console& console, const std::
     check(options);
     const ProgressReporter reporter(options.reporting, console, stop);
     ScanInfo info;
-    double contrast = 0;
-    const Volume scan = read(options, reporter, info, contrast);
-    const Histogram samples = histogram(scan);
+    Histogram samples;
+    const Volume scan = read(options, reporter, info, samples);
     std::vector<std::string> warnings = info.warnings;
     warn_of_non_finite(samples.non_finite_samples, warnings);
     for (const std::string& warning : warnings) reporter.warn(warning);
@@ -162,7 +160,7 @@ void run(const SweepCommandOptions& options, const Console& console, const std::
                                        value_text(samples.lower), value_text(samples.upper)));
     const Vec3d& spacing = scan.geometry().spacing;
     const double finest = *std::min_element(spacing.begin(), spacing.end());
-    write(options, console, measured, find_plateaus(measured, finest, contrast));
+    write(options, console, measured, find_plateaus(measured, finest, otsu_contrast(samples)));
 }
 
 }  // namespace marrow::apps

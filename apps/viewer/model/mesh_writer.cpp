@@ -25,14 +25,16 @@ std::optional<ThinWalls> thin_walls_of(const MeshWriter::File& file, const Volum
                                        const MeshWriter::Source& source, std::optional<NoiseEstimate>& noise,
                                        const Progress& progress) {
     if (file.object.name != "bone") return {};
-    if (!noise) noise = estimate_noise(scan, {.progress = progress});
+    if (!noise) noise = estimate_noise(scan, {.padding = source.scan->info.padding, .progress = progress});
     Mesh extracted;
     if (source.refined)
         extracted =
             extract_isosurface(scan, file.shape->isovalue,
                                {.closed = !source.open, .topology = source.topology, .progress = progress});
     const Mesh& mesh = source.refined ? extracted : *file.shape->mesh;
-    return find_thin_walls(scan, file.shape->isovalue, mesh, {.noise = noise->sigma, .progress = progress});
+    return find_thin_walls(
+        scan, file.shape->isovalue, mesh,
+        {.noise = noise->sigma, .padding = source.scan->info.padding, .progress = progress});
 }
 
 // The warnings that the command line would give, one per line. `walls` has those beside each file's surface,

@@ -84,6 +84,7 @@ struct Surfaces::Source {
     // After extract(). Noise and step are those of the samples, so that they are found only once.
     TrustReport report_trust(const Mesh& mesh, const Progress& job_progress) {
         trust_options.progress = job_progress;
+        trust_options.padding = scan->info.padding;
         if (scan->hounsfield) trust_options.step = 100;
         TrustReport report = marrow::report_trust(samples(), mesh.points, trust_options);
         trust_options.noise = report.noise;

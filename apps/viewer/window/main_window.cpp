@@ -542,6 +542,7 @@ void MainWindow::save_screenshot() {
         try {
             const fs::path file = dialog->file().toStdString();
             apps::check_output(file, session_.scan()->input);
+            apps::check_is_no_slice(file, session_.scan()->input, session_.scan()->info.format);
             write_png(view_->screenshot(dialog->image_size()), file);
             export_folder_ = QFileInfo(dialog->file()).path();
             banner_->show_message(tr("Wrote %1.").arg(dialog->file()), Severity::note);
@@ -563,8 +564,11 @@ void MainWindow::save_turntable() {
 
 void MainWindow::start_turntable(int frames, const QSize& size, const QString& folder) {
     try {
-        for (int frame = 0; frame < frames; ++frame)
-            apps::check_output(turntable_image(folder.toStdString(), frame), session_.scan()->input);
+        for (int frame = 0; frame < frames; ++frame) {
+            const fs::path file = turntable_image(folder.toStdString(), frame);
+            apps::check_output(file, session_.scan()->input);
+            apps::check_is_no_slice(file, session_.scan()->input, session_.scan()->info.format);
+        }
     } catch (const std::exception& error) {
         return banner_->show_message(QString::fromUtf8(error.what()), Severity::error);
     }

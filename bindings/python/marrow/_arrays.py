@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,6 +12,12 @@ from numpy.typing import NDArray
 from ._marrow import InputError
 
 Array = NDArray[Any]
+
+
+def refuse_path(source: Any) -> None:
+    """Say what to do with a path where a volume is due."""
+    if isinstance(source, (str, os.PathLike)):
+        raise InputError(f"'{os.fspath(source)}' is a path and not a volume: read it with marrow.read")
 
 
 def as_array(source: Any) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import warnings
 from collections.abc import Sequence
@@ -47,8 +46,6 @@ def as_volume(source: Any) -> Volume:
         The image has not three dimensions, several components, no samples at its points, or coordinates that are uneven
         or no lengths; or `source` is the path of a file, which `read` takes.
     """
-    if isinstance(source, (str, os.PathLike)):
-        raise InputError(f"'{os.fspath(source)}' is a path and not a volume: read it with marrow.read")
     if _has(source, "affine", "dataobj", "header"):
         return _of_nibabel(source)
     if _is_xarray(source):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -157,9 +158,7 @@ class Source:
                 blocks = _streamed_blocks(shape, chunks, itemsize, at_once, threads)
             else:
                 blocks = _default_blocks(shape, chunks, BLOCK_BYTES // itemsize, whole_rows)
-        if len(blocks) != 3 or min(blocks) < 1:
-            raise InputError(f"blocks are three sizes of at least one sample, not {blocks!r}")
-        nz, ny, nx = (_ranges(n, block, chunk) for n, block, chunk in zip(shape, blocks, chunks))
+        nz, ny, nx = (_ranges(n, block, chunk) for n, block, chunk in zip(shape, block_sizes(blocks), chunks))
         whole, dtype = tuple(reversed(shape)), np.dtype(self.array.dtype)
         for z in nz:
             yield [
@@ -167,6 +166,17 @@ class Source:
                 for y in ny
                 for x in nx
             ]
+
+
+def block_sizes(blocks: Any) -> list[int]:
+    """Return the most samples of a block along (z, y, x)."""
+    try:
+        sizes = [operator.index(size) for size in blocks]
+    except TypeError:
+        sizes = []
+    if len(sizes) != 3 or min(sizes) < 1:
+        raise InputError(f"blocks are three sizes of at least one sample, not {blocks!r}")
+    return sizes
 
 
 def _chunk(array: Any, axis: int) -> int:

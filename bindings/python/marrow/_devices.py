@@ -9,12 +9,24 @@ from . import _marrow
 
 @dataclass(frozen=True)
 class Device:
-    """A GPU, or a software device, which is emulated by the CPU and good for tests only."""
+    """A GPU, or a software device, which is emulated by the CPU and good for tests only.
+
+    Attributes
+    ----------
+    name : str
+        As the driver states it.
+    kind : str
+        'discrete', 'integrated', 'virtual', 'other' or 'software'.
+    driver : str
+        The name and the version of the driver; empty: unknown.
+    memory : int
+        Bytes of its largest local memory.
+    """
 
     name: str
-    kind: str  #: 'discrete', 'integrated', 'virtual', 'other' or 'software'
-    driver: str  #: its name and version; empty: unknown
-    memory: int  #: bytes of its largest local memory
+    kind: str
+    driver: str
+    memory: int
 
 
 def devices() -> list[Device]:

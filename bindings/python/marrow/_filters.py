@@ -8,9 +8,10 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _marrow
+from ._arrays import as_number
 from ._as_volume import as_volume
 from ._scan import Progress, volume_of
-from ._volume import Volume
+from ._volume import Volume, _numbers
 
 
 def crop(volume: Any, lower: Sequence[float], upper: Sequence[float]) -> Volume:
@@ -33,13 +34,15 @@ def crop(volume: Any, lower: Sequence[float], upper: Sequence[float]) -> Volume:
     Raises
     ------
     InputError
-        No sample lies in the box.
+        No sample lies in the box, or a corner is not three numbers.
     """
     volume = as_volume(volume)
     samples = volume.samples
     # To copy samples of any type, it is enough that C++ takes a type of their size.
     same_size = samples.view({1: np.int8, 2: np.int16, 4: np.int32, 8: np.float64}[samples.itemsize])
-    array, spacing, origin, direction, _ = _marrow.crop(volume._native(same_size), lower, upper)
+    array, spacing, origin, direction, _ = _marrow.crop(
+        volume._native(same_size), _numbers("lower", lower, (3,)), _numbers("upper", upper, (3,))
+    )
     return volume_of((array.view(samples.dtype), spacing, origin, direction, volume.rescale), volume.info)
 
 
@@ -104,6 +107,7 @@ def gaussian_filter(volume: Any, sigma: float, *, threads: int = 0, progress: Op
         `progress` returned False.
     """
     volume = as_volume(volume)
+    sigma = as_number(sigma, "sigma")
     return volume_of(
         _marrow.gaussian_filter(volume._native(), sigma, threads=threads, progress=progress), volume.info
     )
@@ -140,6 +144,7 @@ def resample_isotropic(
         `progress` returned False.
     """
     volume = as_volume(volume)
+    spacing = as_number(spacing, "spacing")
     return volume_of(
         _marrow.resample_isotropic(volume._native(), spacing, threads=threads, progress=progress), volume.info
     )

@@ -17,12 +17,24 @@ from ._scan import Progress
 
 @dataclass(frozen=True, eq=False)
 class Histogram:
-    """Counts of samples in equal bins from the smallest to the largest finite sample that is not padding."""
+    """Counts of samples in equal bins from the smallest to the largest finite sample that is not padding.
 
-    lower: float  #: the smallest of these samples
-    upper: float  #: the largest of them, which is in the last bin
-    counts: NDArray[np.int64]  #: one per bin; empty if no sample is finite
-    non_finite_samples: int  #: NaN and infinite samples, which are in no bin
+    Attributes
+    ----------
+    lower : float
+        The smallest of these samples, in the unit of the values.
+    upper : float
+        The largest of them, which is in the last bin.
+    counts : ndarray of int64, shape (bins,)
+        The number of samples in each bin; empty if no sample is finite.
+    non_finite_samples : int
+        NaN and infinite samples, which are in no bin.
+    """
+
+    lower: float
+    upper: float
+    counts: NDArray[np.int64]
+    non_finite_samples: int
 
     @property
     def edges(self) -> NDArray[np.float64]:
@@ -58,11 +70,25 @@ def otsu(volume: Any) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """Measures of the closed surfaces at several isovalues; arrays of the same length."""
+    """Measures of the closed surfaces at several isovalues; arrays of the same length.
+
+    Attributes
+    ----------
+    isovalue : ndarray of float64
+        The isovalues, in the unit of the volume's values.
+    volume : ndarray of float64
+        The enclosed volume in mm^3.
+    area : ndarray of float64
+        The area in mm^2.
+    components : ndarray of int64
+        The number of connected components.
+    triangles : ndarray of int64
+        The number of triangles.
+    """
 
     isovalue: NDArray[np.float64]
-    volume: NDArray[np.float64]  #: enclosed, mm^3
-    area: NDArray[np.float64]  #: mm^2
+    volume: NDArray[np.float64]
+    area: NDArray[np.float64]
     components: NDArray[np.int64]
     triangles: NDArray[np.int64]
 
@@ -129,6 +155,8 @@ def find_plateaus(sweep: Sweep, volume: Any) -> list[tuple[float, float]]:
     InputError
         The arrays of `sweep` differ in length.
     """
+    if not isinstance(sweep, Sweep):
+        raise InputError(f"a {type(sweep).__qualname__} is not a Sweep: marrow.sweep makes one")
     volume = as_volume(volume)
     return _marrow.find_plateaus(
         sweep.isovalue,

@@ -22,12 +22,24 @@ from ._volume import Volume
 
 @dataclass(frozen=True)
 class TissuePreset:
-    """A surface that encloses the CT samples of at least `lowest` Hounsfield units."""
+    """A surface that encloses the CT samples of at least `lowest` Hounsfield units.
+
+    Attributes
+    ----------
+    name : str
+        As `extract` takes it, such as 'bone'.
+    lowest : float
+        HU.
+    isovalue : float
+        HU; half a unit below `lowest`, so that no sample equals it.
+    colour : tuple of 3 floats
+        Red, green, blue from 0 to 1.
+    """
 
     name: str
-    lowest: float  #: HU
-    isovalue: float  #: half a unit below `lowest`, so that no sample equals it
-    colour: Colour  #: red, green, blue from 0 to 1
+    lowest: float
+    isovalue: float
+    colour: Colour
 
 
 #: The tissues in CT that `extract` knows by name.
@@ -126,7 +138,7 @@ def extract(
     walls = None
     if keep_thin:
         walls = _marrow.FoundWalls(
-            samples, value, mesh._native(), noise=None, threads=threads, progress=next(stages)
+            samples, value, mesh._native(), noise=None, padding=volume._padding, threads=threads, progress=next(stages)
         )
         again = next(stages)
         if walls.area > 0:
@@ -141,6 +153,7 @@ def extract(
             samples,
             mesh._native(),
             hounsfield=_is_hounsfield(volume, samples),
+            padding=volume._padding,
             near_walls=walls.near(mesh._native()) if walls is not None else None,
             walls_restored=walls.area > 0 if walls is not None else None,
             threads=threads,

@@ -19,10 +19,18 @@ from ._scan import Path, Progress
 
 @dataclass(frozen=True)
 class LabelEntry:
-    """The name and the colour of a label."""
+    """The name and the colour of a label.
+
+    Attributes
+    ----------
+    name : str
+        Empty: the mesh gets the name ``label-N``.
+    colour : tuple of 3 floats, optional
+        Red, green, blue from 0 to 1. None: the mesh gets a colour that depends on the label.
+    """
 
     name: str
-    colour: Optional[Colour] = None  #: red, green, blue from 0 to 1
+    colour: Optional[Colour] = None
 
 
 def read_label_table(path: Path) -> dict[int, LabelEntry]:
@@ -100,7 +108,12 @@ def labels(
 
 def entries_of(table: Union[Path, Mapping[int, LabelEntry], None]) -> Mapping[int, LabelEntry]:
     """Return the entries of a table, of which files are read: call it before long work."""
-    return table if isinstance(table, Mapping) else read_label_table(table) if table is not None else {}
+    if not isinstance(table, Mapping):
+        return read_label_table(table) if table is not None else {}
+    for label, entry in table.items():
+        if not isinstance(entry, LabelEntry):
+            raise InputError(f"the table has {entry!r} for label {label}: give a LabelEntry, with a name and a colour")
+    return table
 
 
 def named(surfaces: Mapping[int, Any], entries: Mapping[int, LabelEntry]) -> dict[int, Mesh]:

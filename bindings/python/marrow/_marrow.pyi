@@ -162,6 +162,7 @@ def trust(
     mesh: ArrayMesh,
     *,
     hounsfield: bool,
+    padding: Optional[float] = None,
     near_walls: Optional[NDArray[np.bool_]] = None,
     walls_restored: Optional[bool] = None,
     threads: int = 0,
@@ -175,6 +176,7 @@ class FoundWalls:
         mesh: ArrayMesh,
         *,
         noise: Optional[float],
+        padding: Optional[float],
         threads: int,
         progress: _Progress,
     ) -> None: ...
@@ -201,7 +203,7 @@ def marching_cubes(
     threads: int,
     progress: _Progress,
 ) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32], NDArray[np.float32], bool]: ...
-def crop(volume: ArrayVolume, lower: Sequence[float], upper: Sequence[float]) -> _PlacedArray: ...
+def crop(volume: ArrayVolume, lower: ArrayLike, upper: ArrayLike) -> _PlacedArray: ...
 def median_filter(
     volume: ArrayVolume, radius: int, *, threads: int = 0, progress: _Progress = None
 ) -> _PlacedArray: ...
@@ -286,7 +288,7 @@ def read(
     path: _Path,
     *,
     series: Optional[str] = None,
-    spacing: Optional[Sequence[float]] = None,
+    spacing: Optional[NDArray[np.float64]] = None,
     resample: bool = False,
     volume: Optional[int] = None,
     level: Optional[int] = None,
@@ -297,7 +299,7 @@ def inspect(
     path: _Path,
     *,
     series: Optional[str] = None,
-    spacing: Optional[Sequence[float]] = None,
+    spacing: Optional[NDArray[np.float64]] = None,
     resample: bool = False,
     volume: Optional[int] = None,
     level: Optional[int] = None,

@@ -190,12 +190,14 @@ class Mesh:
         Raises
         ------
         InputError
-            A mesh has no triangles, or `samples` is below 1.
+            `other` is no Mesh, a mesh has no triangles, or `samples` is below 1.
         Cancelled
             `progress` returned False.
         """
         return Distance(
-            *_marrow.distance(self._native(), other._native(), samples=samples, threads=threads, progress=progress)
+            *_marrow.distance(
+                self._native(), as_mesh(other)._native(), samples=samples, threads=threads, progress=progress
+            )
         )
 
     def keep_components(
@@ -377,6 +379,13 @@ class Mesh:
         return Mesh._of(arrays, self.name, self.colour)
 
 
+def as_mesh(mesh: Any) -> Mesh:
+    """Return a mesh as it is, and say what to do with anything else."""
+    if not isinstance(mesh, Mesh):
+        raise InputError(f"a {type(mesh).__qualname__} is not a Mesh: marrow.extract makes one, read_mesh reads one")
+    return mesh
+
+
 def read_mesh(path: Path) -> Mesh:
     """Read a mesh: STL, PLY, OBJ, VTP, 3MF, binary glTF, or STL in DICOM.
 
@@ -417,7 +426,7 @@ def write_meshes(
         As `Mesh.write`; InputError also for no mesh, for a format that holds only one, and if only some of the
         meshes have trust.
     """
-    _marrow.write_meshes([mesh._surface() for mesh in meshes], path, space=space, progress=progress)
+    _marrow.write_meshes([as_mesh(mesh)._surface() for mesh in meshes], path, space=space, progress=progress)
     if verify:
         _verify(meshes, path, space)
 
@@ -443,7 +452,10 @@ def _colour(values: Optional[Sequence[float]]) -> Optional[Colour]:
 
 def _linear_part(matrix: ArrayLike) -> NDArray[np.float64]:
     """Return the matrix that an affine of shape (4, 4) applies to steps; one of shape (3, 3) is that already."""
-    array = np.asarray(matrix, float)
+    try:
+        array = np.asarray(matrix, float)
+    except (TypeError, ValueError):
+        raise InputError(f"bound is not a matrix of numbers: {matrix!r}") from None
     if array.shape not in ((3, 3), (4, 4)):
         raise InputError(f"bound has the shape {array.shape} instead of (3, 3) or (4, 4)")
     return array[:3, :3]

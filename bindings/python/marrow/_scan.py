@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import operator
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Optional, Union
 
 from . import _marrow
-from ._volume import Volume
+from ._marrow import InputError
+from ._volume import Spacing, Volume, distances
 
 Path = Union[str, "os.PathLike[str]"]
 Progress = Callable[[float], Any]
@@ -16,65 +18,145 @@ Progress = Callable[[float], Any]
 
 @dataclass(frozen=True)
 class SeriesInfo:
-    """One series or image of an input."""
+    """One series or image of an input.
 
-    id: str  #: SeriesInstanceUID, with /1, /2, ... if it holds several volumes; else empty
-    description: str  #: SeriesDescription or file name; never the patient's name
-    modality: str  #: "CT", "MR", ...; empty if the format does not state it
-    shape: tuple[int, int, int]  #: numbers of samples (nz, ny, nx)
-    spacing: tuple[float, float, float]  #: mm along (i, j, k); 0 where it is unknown
-    files: int  #: number of files that it is made of
+    Attributes
+    ----------
+    id : str
+        SeriesInstanceUID, with /1, /2, ... if it holds several volumes; else empty.
+    description : str
+        SeriesDescription or file name; never the patient's name.
+    modality : str
+        "CT", "MR", ...; empty if the format does not state it.
+    shape : tuple of 3 ints
+        The numbers of samples (nz, ny, nx).
+    spacing : tuple of 3 floats
+        mm along (i, j, k); 0 where it is unknown.
+    files : int
+        The number of files that it is made of.
+    """
+
+    id: str
+    description: str
+    modality: str
+    shape: tuple[int, int, int]
+    spacing: tuple[float, float, float]
+    files: int
 
 
 @dataclass(frozen=True)
 class ScanInfo:
-    """What a volume was read from."""
+    """What a volume was read from.
 
-    format: str  #: "DICOM", "NIfTI", "NRRD", "MetaImage", "Zarr", "TIFF" or "slices"
+    Attributes
+    ----------
+    format : str
+        "DICOM", "NIfTI", "NRRD", "MetaImage", "Zarr", "TIFF" or "slices".
+    series : SeriesInfo
+        The series or image.
+    warnings : tuple of str
+        What is unusual about it, one line each.
+    padding : float or None
+        The value outside the field of view, which DICOM states as PixelPaddingValue.
+    """
+
+    format: str
     series: SeriesInfo
-    warnings: tuple[str, ...]  #: one line each
-    padding: Optional[float]  #: PixelPaddingValue of DICOM as a sample: the value outside the field of view
+    warnings: tuple[str, ...]
+    padding: Optional[float]
 
 
 @dataclass(frozen=True)
 class SeriesReport:
-    """What the headers tell about one series."""
+    """What the headers tell about one series.
+
+    Attributes
+    ----------
+    series : SeriesInfo
+        Its id, shape and so on.
+    number : int or None
+        SeriesNumber of DICOM.
+    date : str
+        SeriesDate of DICOM, as "2005-07-26"; empty if it is not stated.
+    echo_time : float or None
+        ms.
+    image_type : str
+        ImageType of DICOM.
+    kernel : str
+        ConvolutionKernel of DICOM.
+    refusal : str or None
+        Why `read` would fail, if the headers show it.
+    warnings : tuple of str
+        The warnings of `read`.
+    gaps : tuple of str
+        Unusual gaps between slices, one line each.
+    tilt : float
+        The tilt of the gantry in degrees.
+    hounsfield : bool or None
+        Whether samples are Hounsfield units, if known.
+    smallest_feature : float or None
+        mm; twice the coarsest spacing: the finest visible detail.
+    memory : int
+        Bytes that the samples need; 0 if they cannot be read.
+    volumes : tuple of str
+        What tells the volumes of a series apart, such as "echo time 12 ms", if it has several.
+    levels : tuple of tuples of 3 ints
+        The shape (nz, ny, nx) of each level of an OME-Zarr image.
+    patient_name : str
+        As in DICOM: "family^given". It is not in the repr: show it only on request.
+    """
 
     series: SeriesInfo
-    number: Optional[int]  #: SeriesNumber of DICOM
-    date: str  #: SeriesDate of DICOM: "2005-07-26"; empty if it is not stated
-    echo_time: Optional[float]  #: ms
-    image_type: str  #: ImageType of DICOM
-    kernel: str  #: ConvolutionKernel of DICOM
-    refusal: Optional[str]  #: why `read` would fail, if the headers show it
-    warnings: tuple[str, ...]  #: the warnings of `read`
-    gaps: tuple[str, ...]  #: unusual gaps between slices
-    tilt: float  #: of the gantry, degrees
-    hounsfield: Optional[bool]  #: whether samples are Hounsfield units, if known
-    smallest_feature: Optional[float]  #: mm; twice the coarsest spacing: the finest visible detail
-    memory: int  #: bytes that the samples need
-    volumes: tuple[str, ...]  #: what tells the volumes of a series apart, if it has several
-    levels: tuple[tuple[int, int, int], ...]  #: the shape (nz, ny, nx) of each level of an OME-Zarr image
-    patient_name: str = field(repr=False)  #: as in DICOM: "family^given"; show it only on request
+    number: Optional[int]
+    date: str
+    echo_time: Optional[float]
+    image_type: str
+    kernel: str
+    refusal: Optional[str]
+    warnings: tuple[str, ...]
+    gaps: tuple[str, ...]
+    tilt: float
+    hounsfield: Optional[bool]
+    smallest_feature: Optional[float]
+    memory: int
+    volumes: tuple[str, ...]
+    levels: tuple[tuple[int, int, int], ...]
+    patient_name: str = field(repr=False)
 
 
 @dataclass(frozen=True)
 class ScanReport:
-    """What an input holds."""
+    """What an input holds.
 
-    format: str  #: as of ScanInfo
-    files: int  #: number of files inspected
+    Attributes
+    ----------
+    format : str
+        As of ScanInfo.
+    files : int
+        The number of files inspected.
+    series : tuple of SeriesReport
+        The series; `read` takes their numbers in this list, from 1.
+    chosen : int or None
+        The index in `series`, from 0, of the one that `read` would read.
+    reason : str
+        Why `read` would read that series, or none.
+    warnings : tuple of str
+        About files that are skipped, one line each.
+    """
+
+    format: str
+    files: int
     series: tuple[SeriesReport, ...]
-    chosen: Optional[int]  #: index of the series that `read` would read
-    reason: str  #: why `read` would read that series, or none
-    warnings: tuple[str, ...]  #: about files that are skipped
+    chosen: Optional[int]
+    reason: str
+    warnings: tuple[str, ...]
 
 
 def read(
     path: Path,
     *,
-    series: Optional[str] = None,
-    spacing: Optional[Sequence[float]] = None,
+    series: Union[str, int, None] = None,
+    spacing: Optional[Spacing] = None,
     resample: bool = False,
     volume: Optional[int] = None,
     level: Optional[int] = None,
@@ -87,10 +169,10 @@ def read(
     ----------
     path : path-like
         A file, or a folder of DICOM files, OME-Zarr or image slices. The content decides the format.
-    series : str, optional
+    series : str or int, optional
         The ``id`` of a series or the first part of it, or its number in the list of `inspect`, from 1; needed if
         the input holds several.
-    spacing : sequence of 3 floats, optional
+    spacing : float or sequence of 3 floats, optional
         mm along (i, j, k); only for input that does not state it, such as image slices.
     resample : bool
         Interpolate unevenly spaced DICOM slices to even spacing, instead of refusing them.
@@ -116,7 +198,7 @@ def read(
     IoError
         A file is missing or cannot be read.
     InputError
-        A file is damaged or not supported.
+        A file is damaged or not supported, or an argument does not apply to it.
     GeometryError
         Several series, uneven slices, or no spacing.
     LimitError
@@ -126,8 +208,8 @@ def read(
     """
     placed, info = _marrow.read(
         path,
-        series=series,
-        spacing=spacing,
+        series=_text_of_series(series),
+        spacing=None if spacing is None else distances(spacing),
         resample=resample,
         volume=volume,
         level=level,
@@ -140,8 +222,8 @@ def read(
 def inspect(
     path: Path,
     *,
-    series: Optional[str] = None,
-    spacing: Optional[Sequence[float]] = None,
+    series: Union[str, int, None] = None,
+    spacing: Optional[Spacing] = None,
     resample: bool = False,
     volume: Optional[int] = None,
     level: Optional[int] = None,
@@ -167,8 +249,8 @@ def inspect(
     """
     report = _marrow.inspect(
         path,
-        series=series,
-        spacing=spacing,
+        series=_text_of_series(series),
+        spacing=None if spacing is None else distances(spacing),
         resample=resample,
         volume=volume,
         level=level,
@@ -179,6 +261,15 @@ def inspect(
         SeriesReport(series=SeriesInfo(**one.pop("series")), **one) for one in report.pop("series")
     )
     return ScanReport(series=series_reports, **report)
+
+
+def _text_of_series(series: Union[str, int, None]) -> Optional[str]:
+    if series is None or isinstance(series, str):
+        return series
+    try:
+        return str(operator.index(series))
+    except TypeError:
+        raise InputError(f"series is an id or a number, not {series!r}") from None
 
 
 def volume_of(placed: tuple[Any, Any, Any, Any, tuple[float, float]], info: Optional[ScanInfo]) -> Volume:

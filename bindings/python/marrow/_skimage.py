@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Optional
 import numpy as np
 
 from . import _marrow
-from ._arrays import as_array, as_number, as_samples
+from ._arrays import as_array, as_number, as_samples, refuse_path
 from ._marrow import EmptySurface, InputError, LimitError
 
 if TYPE_CHECKING:
@@ -22,16 +22,24 @@ _MOST_MASKED = 4096
 
 
 class MarchingCubes(NamedTuple):
-    """What :func:`marching_cubes` returns: C-contiguous arrays that may be changed."""
+    """What :func:`marching_cubes` returns: C-contiguous arrays that may be changed.
+
+    Attributes
+    ----------
+    verts : ndarray of float32, shape (V, 3)
+        The points in the order of the array's axes, times `spacing`.
+    faces : ndarray of int32, shape (F, 3)
+        The indices of each triangle's points.
+    normals : ndarray of float32, shape (V, 3)
+        One unit vector per point, down the gradient.
+    values : ndarray of float32, shape (V,)
+        The range of the samples around each point.
+    """
 
     verts: NDArray[np.float32]
-    """The points in the order of the array's axes, shape (n, 3)."""
     faces: NDArray[np.int32]
-    """The indices of each triangle's points, shape (m, 3)."""
     normals: NDArray[np.float32]
-    """One unit vector per point, down the gradient, shape (n, 3)."""
     values: NDArray[np.float32]
-    """The range of the samples around each point, shape (n,)."""
 
 
 def marching_cubes(
@@ -121,13 +129,13 @@ def marching_cubes(
         raise InputError(f"method is 'lewiner' or 'lorensen', not {method!r}")
     if gradient_direction not in ("descent", "ascent"):
         raise InputError(f"gradient_direction is 'descent' or 'ascent', not {gradient_direction!r}")
-    if len(spacing) != 3:
-        raise InputError(f"spacing has {len(spacing)} numbers instead of 3")
+    if not np.iterable(spacing) or len(list(spacing)) != 3:
+        raise InputError(f"spacing is not 3 numbers: {spacing!r}")
     if int(step_size) < 1:
         raise InputError(f"step_size is {step_size}, and must be at least 1")
     array = _three_axes(volume)
     # A sample that equals the level is outside in scikit-image, and inside elsewhere in Marrow.
-    isovalue = math.nextafter(_middle(array) if level is None else float(level), math.inf)
+    isovalue = math.nextafter(_middle(array) if level is None else as_number(level, "level"), math.inf)
     steps = (slice(None, None, int(step_size)),) * 3
     if min(array[steps].shape) < 2:
         raise EmptySurface(f"step_size {step_size} leaves a single sample along an axis, and so no cell")
@@ -163,6 +171,7 @@ def _at_end(progress: Progress) -> Progress:
 
 
 def _three_axes(volume: ArrayLike) -> NDArray[Any]:
+    refuse_path(volume)
     array = as_array(volume)
     if array.ndim != 3:
         raise InputError(f"a volume has three axes, and the array has {array.ndim}")

@@ -19,7 +19,13 @@ from ._volume import Geometry, Spacing, Volume, distances
 
 
 class SurfaceSize(NamedTuple):
-    """The size of a surface that was written."""
+    """The size of a surface that was written.
+
+    Attributes
+    ----------
+    points, triangles : int
+        Their numbers.
+    """
 
     points: int
     triangles: int

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from . import _marrow
 from ._as_volume import as_volume
 from ._isosurface import _choose_isovalue
-from ._mesh import Mesh
+from ._mesh import Mesh, as_mesh
 from ._scan import Progress, ScanInfo, volume_of
 from ._volume import Volume
 
@@ -63,7 +63,7 @@ class ThinWalls:
 
         These points are on the rims of the holes; in the surface of the restored volume, they are on the walls.
         """
-        return self._native.near(mesh._native())
+        return self._native.near(as_mesh(mesh)._native())
 
 
 def find_thin_walls(
@@ -118,5 +118,13 @@ def find_thin_walls(
     volume = as_volume(volume)
     samples = volume._native()
     value, _ = _choose_isovalue(volume, samples, isovalue)
-    native = _marrow.FoundWalls(samples, value, mesh._native(), noise=noise, threads=threads, progress=progress)
+    native = _marrow.FoundWalls(
+        samples,
+        value,
+        as_mesh(mesh)._native(),
+        noise=noise,
+        padding=volume._padding,
+        threads=threads,
+        progress=progress,
+    )
     return ThinWalls(native, volume.info)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _marrow
-from ._arrays import Array, as_array, as_samples, sample_dtype
+from ._arrays import Array, as_array, as_samples, refuse_path, sample_dtype
 from ._marrow import InputError
 
 if TYPE_CHECKING:
@@ -98,8 +98,8 @@ class Volume:
     Raises
     ------
     InputError
-        The array has not three axes or no real numbers, the geometry is singular or not finite, or `affine` is
-        given together with another geometry.
+        The array has not three axes or no real numbers, or is the path of a file; the geometry is singular or not
+        finite, or `affine` is given together with another geometry.
 
     Notes
     -----
@@ -120,6 +120,11 @@ class Volume:
         space: Space = "LPS",
         info: Optional[ScanInfo] = None,
     ) -> None:
+        from ._scan import ScanInfo  # which imports this module
+
+        refuse_path(array)
+        if info is not None and not isinstance(info, ScanInfo):
+            raise InputError(f"info is the info of a volume that was read, not {info!r}")
         self._samples = as_array(array)
         self._rescale = _IDENTITY
         self._info = info
@@ -246,7 +251,7 @@ class Volume:
 
 def distances(spacing: Any) -> NDArray[np.float64]:
     """Return the distances along (i, j, k), of which one number stands for all."""
-    return _numbers("spacing", spacing if np.ndim(spacing) else [spacing] * 3, (3,))
+    return _numbers("spacing", spacing if np.iterable(spacing) else [spacing] * 3, (3,))
 
 
 def _values(samples: Array, rescale: tuple[float, float]) -> Array:

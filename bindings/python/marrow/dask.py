@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike
 
 from . import _marrow
 from ._arrays import as_number
-from ._blocks import Block, KnownChunks, Source, chunks_of, label_part_of, part_of, parts_of, read_labels
+from ._blocks import Block, KnownChunks, Source, block_sizes, chunks_of, label_part_of, part_of, parts_of, read_labels
 from ._labels import LabelEntry, entries_of, named, renumbered
 from ._marrow import EmptySurface, InputError
 from ._mesh import FileSpace, Mesh
@@ -353,7 +353,7 @@ def labels(
     halo = _marrow.label_part_halo(relax)
     entries = entries_of(table)
     if blocks is not None:
-        blocks = (*blocks[:2], source.array.shape[2])
+        blocks = [*block_sizes(blocks)[:2], source.array.shape[2]]
     with _Tasks(client) as tasks:
         all_blocks = [
             block.without_shared_samples(halo)
@@ -386,6 +386,8 @@ class _Tasks:
             self.client = client or distributed.default_client()
         except ValueError:
             raise InputError("there is no Dask client: create a dask.distributed.Client first") from None
+        if not isinstance(self.client, distributed.Client):
+            raise InputError(f"client is a dask.distributed.Client, not {client!r}")
         self.call = uuid.uuid4().hex
         self.futures: list[distributed.Future] = []
 

@@ -52,8 +52,9 @@ void add_filters(py::module_& module) {
     module.def(
         "resample_isotropic",
         [](const ArrayVolume& volume, double spacing, int threads, const py::object& progress) {
-            return filtered(volume, progress, threads, [&](const FilterOptions& options) {
-                return resample_isotropic(volume.view(), spacing, options);
+            const ArrayVolume ordered = volume.in_array_order();  // as the first sample stays
+            return filtered(ordered, progress, threads, [&](const FilterOptions& options) {
+                return resample_isotropic(ordered.view(), spacing, options);
             });
         },
         py::arg("volume"), py::arg("spacing"), py::kw_only(), py::arg("threads") = 0,

@@ -9,6 +9,7 @@
 #include "long_work.h"
 #include "mesh.h"
 #include "module.h"
+#include "noise.h"
 #include "volume.h"
 
 namespace py = pybind11;
@@ -21,11 +22,15 @@ namespace {
 class FoundWalls {
   public:
     FoundWalls(const ArrayVolume& volume, double isovalue, const ArrayMesh& mesh, std::optional<double> noise,
-               int threads, const py::object& progress)
-        : volume_(volume), isovalue_(isovalue), found_(compute(progress, [&](const Progress& report) {
-              return find_thin_walls(volume_.view(), isovalue, mesh.view(),
-                                     {.noise = noise, .threads = threads, .progress = report});
-          })) {}
+               std::optional<double> padding, int threads, const py::object& progress)
+        : volume_(volume), isovalue_(isovalue) {
+        const double known = noise ? *noise : noise_of(volume, padding, threads).sigma;
+        found_ = compute(progress, [&](const Progress& report) {
+            return find_thin_walls(
+                volume_.view(), isovalue, mesh.view(),
+                {.noise = known, .padding = padding, .threads = threads, .progress = report});
+        });
+    }
 
     double area() const { return found_.area; }
 
@@ -60,17 +65,17 @@ class FoundWalls {
   private:
     const ArrayVolume volume_;
     const double isovalue_;
-    const ThinWalls found_;
+    ThinWalls found_;
 };
 
 }  // namespace
 
 void add_thin_walls(py::module_& module) {
     py::class_<FoundWalls>(module, "FoundWalls")
-        .def(py::init<const ArrayVolume&, double, const ArrayMesh&, std::optional<double>, int,
-                      const py::object&>(),
+        .def(py::init<const ArrayVolume&, double, const ArrayMesh&, std::optional<double>,
+                      std::optional<double>, int, const py::object&>(),
              py::arg("volume"), py::arg("isovalue"), py::arg("mesh"), py::kw_only(), py::arg("noise"),
-             py::arg("threads"), py::arg("progress"))
+             py::arg("padding"), py::arg("threads"), py::arg("progress"))
         .def_property_readonly("area", &FoundWalls::area)
         .def_property_readonly("areas", &FoundWalls::areas)
         .def_property_readonly("positions", &FoundWalls::positions)

@@ -15,6 +15,7 @@
 #include "long_work.h"
 #include "mesh.h"
 #include "module.h"
+#include "noise.h"
 #include "volume.h"
 
 namespace py = pybind11;
@@ -62,10 +63,11 @@ py::array_t<std::uint8_t> colours_of(const TrustReport& report, const std::vecto
 // `near_walls` is for each point whether it is near a thin wall, or None. `walls_restored` is
 // None if no walls were looked for.
 py::dict trust(const ArrayVolume& volume, const ArrayMesh& mesh, bool hounsfield,
-               const std::optional<py::array_t<bool>>& near_walls, std::optional<bool> walls_restored,
-               int threads, const py::object& progress) {
+               std::optional<double> padding, const std::optional<py::array_t<bool>>& near_walls,
+               std::optional<bool> walls_restored, int threads, const py::object& progress) {
+    const NoiseEstimate noise = noise_of(volume, padding, threads);
     const TrustReport report = compute(progress, [&](const Progress& report) {
-        TrustOptions options{.threads = threads, .progress = report};
+        TrustOptions options{.noise = noise, .padding = padding, .threads = threads, .progress = report};
         if (hounsfield) options.step = 100;
         return report_trust(volume.view(), mesh.view().points, options);
     });
@@ -85,8 +87,9 @@ py::dict trust(const ArrayVolume& volume, const ArrayMesh& mesh, bool hounsfield
 
 void add_trust(py::module_& module) {
     module.def("trust", &trust, py::arg("volume"), py::arg("mesh"), py::kw_only(), py::arg("hounsfield"),
-               py::arg("near_walls") = py::none(), py::arg("walls_restored") = py::none(),
-               py::arg("threads") = 0, py::arg("progress") = py::none());
+               py::arg("padding") = py::none(), py::arg("near_walls") = py::none(),
+               py::arg("walls_restored") = py::none(), py::arg("threads") = 0,
+               py::arg("progress") = py::none());
 }
 
 }  // namespace marrow::python

@@ -151,6 +151,12 @@ ArrayVolume::ArrayVolume(py::array array, const Geometry& placement, const Resca
     check_geometry(view_.geometry);
 }
 
+ArrayVolume ArrayVolume::in_array_order() const {
+    const bool is_ordered =
+        axes_ == std::array<std::size_t, 3>{0, 1, 2} && backward_ == std::array<bool, 3>{};
+    return is_ordered ? *this : ArrayVolume(array_.attr("copy")("C"), placement_, view_.rescale);
+}
+
 py::tuple ArrayVolume::to_python(Volume&& volume) const {
     std::array<std::size_t, 3> axes{};
     std::array<bool, 3> backward{};

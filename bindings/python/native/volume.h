@@ -28,6 +28,9 @@ class ArrayVolume {
     ArrayVolume(pybind11::array array, const Geometry& placement, const Rescale& rescale);
 
     const VolumeView& view() const { return view_; }
+    /// The samples with the axes i, j and k in this order, for what depends on the order. It is a copy unless
+    /// they have it in memory.
+    ArrayVolume in_array_order() const;
     /// Whether the view reads a copy of the array that it was made of.
     bool is_copy() const { return is_copy_; }
 

@@ -44,7 +44,7 @@ def workers(count, folder):
 
 @pytest.fixture(scope="module")
 def client(tmp_path_factory):
-    with workers(2, tmp_path_factory.mktemp("workers")) as client:
+    with workers(4, tmp_path_factory.mktemp("workers")) as client:
         yield client
 
 
@@ -148,38 +148,38 @@ def test_files_have_the_bytes_of_the_whole(client, tmp_path, kind, name):
         assert (tmp_path / name).read_bytes() == (tmp_path / ("whole-" + name)).read_bytes()
 
 
-@pytest.mark.parametrize("count", [1, 3, 4])
-def test_any_number_of_workers_gives_the_same_bytes(tmp_path, count):
+def test_any_number_of_workers_gives_the_same_bytes(client, tmp_path):
     rng = np.random.default_rng(8)
     samples = alternating_noise(rng, (40, 30, 35), "u2")
     source = stored(tmp_path, samples, (8, 8, 8))
-    with workers(count, tmp_path / "workers") as client:
-        assert len(client.scheduler_info()["workers"]) == count
-        for topology in (False, True):
-            whole = marrow.extract(samples, 2, topology=topology)
-            whole.write(tmp_path / "whole.ply")
-            settings = {"topology": topology, "client": client}
-            marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply", blocks=(8, 16, 35), **settings)
-            assert same_bytes(marrow.dask.extract(source, 2, blocks=(16, 8, 16), **settings), whole)
-            assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
+    with workers(1, tmp_path / "workers") as alone:
+        for count, cluster in ((1, alone), (4, client)):
+            cluster.wait_for_workers(count, timeout=60)
+            assert len(cluster.scheduler_info()["workers"]) == count
+            for topology in (False, True):
+                whole = marrow.extract(samples, 2, topology=topology)
+                whole.write(tmp_path / "whole.ply")
+                settings = {"topology": topology, "client": cluster}
+                marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply", blocks=(8, 16, 35), **settings)
+                assert same_bytes(marrow.dask.extract(source, 2, blocks=(16, 8, 16), **settings), whole)
+                assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
 
 
-@pytest.mark.parametrize("count", [1, 3, 4])
-def test_random_cuts_of_a_scan_give_the_same_bytes(tmp_path, count):
+@pytest.mark.parametrize("seed", [1, 3, 4])
+def test_random_cuts_of_a_scan_give_the_same_bytes(client, tmp_path, seed):
     path = Path(os.environ.get("MARROW_TEST_DATA", ""), "tooth_sci/tooth_sci/tooth.nhdr")
     if not path.exists():
         pytest.skip("MARROW_TEST_DATA names no folder with tooth_sci")
-    rng = np.random.default_rng(count)
+    rng = np.random.default_rng(seed)
     volume = marrow.read(path)
     source = stored(tmp_path, volume.array, rng.integers(10, 40, 3).tolist())
     whole = marrow.extract(volume.array, 650, closed=True)
     whole.write(tmp_path / "whole.ply")
-    with workers(count, tmp_path / "workers") as client:
-        for _ in range(2):
-            settings = {"closed": True, "blocks": rng.integers(20, 160, 3), "client": client}
-            marrow.dask.extract_to_file(source, 650, tmp_path / "surface.ply", **settings)
-            assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
-            assert same_bytes(marrow.dask.extract(source, 650, **settings), whole)
+    for _ in range(2):
+        settings = {"closed": True, "blocks": rng.integers(20, 160, 3)}
+        marrow.dask.extract_to_file(source, 650, tmp_path / "surface.ply", **settings)
+        assert (tmp_path / "surface.ply").read_bytes() == (tmp_path / "whole.ply").read_bytes()
+        assert same_bytes(marrow.dask.extract(source, 650, **settings), whole)
 
 
 def test_a_killed_worker_changes_nothing(client, tmp_path):
@@ -189,9 +189,9 @@ def test_a_killed_worker_changes_nothing(client, tmp_path):
     source = SlowArray(stored(tmp_path, samples, (8, 8, 100)), tmp_path / "reads")
     path = tmp_path / "surface.ply"
     killed = []
-    client.wait_for_workers(2, timeout=60)  # those of the tests before may have ended, and start again
+    client.wait_for_workers(4, timeout=60)  # those of the tests before may have ended, and start again
     # Asked beforehand: a call to all workers while one of them ends may wait for ever.
-    first, second = client.run(os.getpid).values()
+    first, second, *_ = client.run(os.getpid).values()
 
     def kill(after, process):
         while source.reads() < after:
@@ -375,8 +375,14 @@ def test_errors(client, tmp_path):
         marrow.dask.extract(samples, float("nan"))
     with pytest.raises(marrow.InputError, match="three axes"):
         marrow.dask.extract(samples[0], 2)
-    with pytest.raises(marrow.InputError, match="blocks"):
-        marrow.dask.extract(samples, 2, blocks=(4, 0, 4))
+    for blocks in (5, (4, 0, 4), (4, 4), (4, 2.5, 4), "444", [None] * 3):
+        for call in (marrow.dask.labels, lambda array, blocks: marrow.dask.extract(array, 2, blocks=blocks)):
+            with pytest.raises(marrow.InputError, match="^blocks are three sizes of at least one sample, not .*$"):
+                call(samples, blocks=blocks)
+    with pytest.raises(marrow.InputError, match="^client is a dask.distributed.Client, not 'tcp://host:8786'$"):
+        marrow.dask.extract(samples, 2, client="tcp://host:8786")
+    with pytest.raises(marrow.InputError, match="give a LabelEntry"):
+        marrow.dask.labels(samples, table={5: "liver"})
     with pytest.raises(marrow.InputError, match="path or an array"):
         marrow.dask.extract(5, 2)
     with pytest.raises(OSError):

@@ -1,8 +1,10 @@
-"""The Python in docs/python.md and README.md runs as it stands, one block after the other."""
+"""The Python in docs/python.md and README.md runs as it stands, one block after the other. `help` is the reference."""
 
+import dataclasses
 import re
 from pathlib import Path
 
+import marrow
 import numpy as np
 import pytest
 
@@ -43,3 +45,17 @@ def test_the_python_of_the_documentation_runs(page, tmp_path, monkeypatch):
         except ModuleNotFoundError as error:
             if error.name.partition(".")[0] not in OPTIONAL:
                 raise
+
+
+def fields_of(kind):
+    if dataclasses.is_dataclass(kind):
+        return [field.name for field in dataclasses.fields(kind) if not field.name.startswith("_")]
+    return list(getattr(kind, "_fields", []))
+
+
+@pytest.mark.parametrize("name", [name for name in marrow.__all__ if fields_of(getattr(marrow, name))])
+def test_the_help_of_a_class_describes_its_fields(name):
+    kind = getattr(marrow, name)
+    attributes = kind.__doc__.partition("    Attributes\n    ----------\n")[2]
+    described = re.findall(r"^    (\w[\w, ]*) : \S.*\n        \S", attributes, re.MULTILINE)
+    assert ", ".join(described).split(", ") == fields_of(kind)

@@ -1,4 +1,5 @@
 import os
+import pathlib
 
 import marrow
 import numpy
@@ -67,6 +68,65 @@ def test_a_table_of_labels_is_read_before_the_work(ball, tmp_path):
     with pytest.raises(marrow.IoError):
         marrow.labels((ball > 300).astype("u1"), table=tmp_path / "missing.txt", progress=fractions.append)
     assert fractions == []
+
+
+def one_line_of(call):
+    with pytest.raises(marrow.InputError) as raised:
+        call()
+    assert "\n" not in str(raised.value) and "object at 0x" not in str(raised.value)
+    return str(raised.value)
+
+
+def test_what_is_no_mesh_no_sweep_and_no_label_entry_is_named(ball, tmp_path):
+    mesh = marrow.extract(ball, 300.5)
+    walls = marrow.find_thin_walls(ball, 300.5, mesh)
+    for call in (
+        lambda: mesh.distance(3),
+        lambda: marrow.write_meshes([mesh, 3], tmp_path / "meshes.obj"),
+        lambda: marrow.find_thin_walls(ball, 300.5, 3),
+        lambda: walls.near(3),
+    ):
+        assert one_line_of(call) == "a int is not a Mesh: marrow.extract makes one, read_mesh reads one"
+    assert "marrow.sweep" in one_line_of(lambda: marrow.find_plateaus(3, ball))
+    assert "info" in one_line_of(lambda: marrow.Volume(ball, info="a head"))
+    map = (ball > 300).astype("u1")
+    assert "'x' for label 1: give a LabelEntry" in one_line_of(lambda: marrow.labels(map, table={1: "x"}))
+
+
+@pytest.mark.parametrize("path", ["x.nrrd", pathlib.Path("x.nrrd")])
+def test_a_path_is_no_volume(path):
+    for call in (lambda: marrow.Volume(path), lambda: marrow.marching_cubes(path)):
+        assert one_line_of(call) == "'x.nrrd' is a path and not a volume: read it with marrow.read"
+
+
+def test_a_vector_has_three_numbers(ball, tmp_path):
+    for values in ((1, 2), (1, 2, 3, 4), (1, "a", 3), [[1], [2, 3]], "abc"):
+        for name, call in (
+            ("lower", lambda: marrow.crop(ball, values, (5, 5, 5))),
+            ("upper", lambda: marrow.crop(ball, (1, 1, 1), values)),
+            ("spacing", lambda: marrow.read(tmp_path, spacing=values)),
+            ("spacing", lambda: marrow.inspect(tmp_path, spacing=values)),
+            ("spacing", lambda: marrow.Volume(ball, spacing=values)),
+        ):
+            assert one_line_of(call).startswith(f"{name} is not 3 numbers: ")
+    assert one_line_of(lambda: marrow.crop(ball, 1, (5, 5, 5))) == "lower is not 3 numbers: 1"
+    assert one_line_of(lambda: marrow.marching_cubes(ball, spacing=2)) == "spacing is not 3 numbers: 2"
+
+
+def test_a_number_is_not_several(ball):
+    for name, call in (
+        ("sigma", lambda: marrow.gaussian_filter(ball, (1, 1, 1))),
+        ("spacing", lambda: marrow.resample_isotropic(ball, (1, 1, 1))),
+        ("level", lambda: marrow.marching_cubes(ball, (1, 1, 1))),
+    ):
+        assert one_line_of(call) == f"{name} is a number, not (1, 1, 1)"
+    for bound in ("x", [[1], [2, 3]], object):
+        assert "bound" in one_line_of(lambda: marrow.extract(ball, 300.5).smooth(bound=bound))
+
+
+def test_a_series_is_text_or_a_number(tmp_path):
+    for series in (1.5, [1], numpy.zeros(2)):
+        assert one_line_of(lambda: marrow.read(tmp_path, series=series)).startswith("series is an id or a number, not ")
 
 
 @pytest.mark.parametrize("dtype", ["u4", "i8"])

@@ -285,6 +285,10 @@ def test_a_series_is_chosen_and_resampled(tmp_path):
         assert np.array_equal(marrow.read(tmp_path, series=uid).array, values)
         report = marrow.inspect(tmp_path, series=uid)
         assert report.series[report.chosen].series.id == uid
+    for index, series in enumerate(marrow.inspect(tmp_path).series):
+        for number in (index + 1, np.int64(index + 1), str(index + 1)):
+            assert marrow.read(tmp_path, series=number).info.series.id == series.series.id
+            assert marrow.inspect(tmp_path, series=number).chosen == index
     (tmp_path / "b" / "2.dcm").unlink()
     with pytest.raises(marrow.GeometryError):
         marrow.read(tmp_path / "b")

@@ -48,6 +48,29 @@ def test_files_have_the_bytes_of_the_command_line(scan, kept, tmp_path, extensio
     assert ours.read_bytes() == theirs.read_bytes()
 
 
+def orders_in_memory(array):
+    """The same array in other orders in memory."""
+    return [np.asfortranarray(array), array[::-1].copy()[::-1], array[:, :, ::-1].copy()[:, :, ::-1]]
+
+
+def test_the_noise_does_not_depend_on_the_order_in_memory():
+    rng = np.random.default_rng(4)
+    rows = rng.normal(0, 20, (15, 49, 1)) + rng.normal(0, 10, (15, 49, 49))
+    samples = np.where(np.arange(49) < 10, -1000, rows + 50).astype(np.float32)
+    expected = marrow.extract(samples, -400, trust=True).trust.noise
+    for other in orders_in_memory(samples):
+        assert marrow.extract(other, -400, trust=True).trust.noise == expected
+
+
+def test_resampling_does_not_depend_on_the_order_in_memory():
+    samples = np.random.default_rng(5).normal(size=(10, 9, 8)).astype(np.float32)
+    expected = marrow.resample_isotropic(samples, 4)
+    for other in orders_in_memory(samples):
+        resampled = marrow.resample_isotropic(other, 4)
+        assert np.array_equal(resampled.array, expected.array)
+        assert np.array_equal(resampled.origin, expected.origin)
+
+
 @pytest.mark.parametrize("false", [False, np.False_])
 def test_false_cancels_where_there_are_no_walls_to_keep(false):
     ball = np.fromfunction(lambda k, j, i: 8 - np.hypot(np.hypot(i - 12, j - 12), k - 12), (25, 25, 25))

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include <marrow/histogram.h>
 
 #include "base/parallel.h"
 #include "core/volume/checks.h"
+#include "core/volume/padding.h"
 #include "core/volume/rows.h"
 
 namespace marrow {
@@ -69,13 +71,18 @@ double robust_deviation(std::vector<double>& values) {
     return kMadScale * median(values);
 }
 
-// Reads the windows of one row of windows, whose first sample row is y.
+// Reads the windows of one row of windows, whose first sample row is y. Tissue begins at the sample `lowest`.
 template <class T>
-WindowValues read_windows(const VolumeView& volume, double lowest, std::int64_t y, std::int64_t z) {
+WindowValues read_windows(const VolumeView& volume, double lowest, const Padding<T>& padding, std::int64_t y,
+                          std::int64_t z) {
     const auto dims = volume.geometry.dims;
     WindowValues values;
     const auto sample = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
         return static_cast<double>(row_of<T>(volume, j, k)[i]);
+    };
+    const auto is_tissue = [&](T sample) {
+        const auto value = static_cast<double>(sample);
+        return value >= lowest && std::isfinite(value) && !padding.contains(sample);
     };
     for (std::int64_t x = 0; x + kWindow <= dims[0]; x += kWindow) {
         double sum = 0, squares = 0;
@@ -85,14 +92,15 @@ WindowValues read_windows(const VolumeView& volume, double lowest, std::int64_t 
             const T* const row = row_of<T>(volume, j, z) + x;
             for (std::int64_t i = 0; i < kWindow; ++i) {
                 const double value = static_cast<double>(row[i]);
-                tissue = tissue && value >= lowest && std::isfinite(value);
+                tissue = tissue && is_tissue(row[i]);
                 sum += value - shift;
                 squares += (value - shift) * (value - shift);
             }
         }
-        if (!tissue) continue;
         constexpr double kCount = kWindow * kWindow;
-        values.deviations.push_back(std::sqrt(std::max(squares - sum * sum / kCount, 0.0) / (kCount - 1)));
+        const double variance = (squares - sum * sum / kCount) / (kCount - 1);
+        if (!tissue || !std::isfinite(variance)) continue;  // squares of large doubles overflow
+        values.deviations.push_back(std::sqrt(std::max(variance, 0.0)));
         const std::int64_t i = x + kMiddle, j = y + kMiddle;
         const auto second_difference = [&](std::int64_t row) {
             return sample(i - 1, row, z) - 2 * sample(i, row, z) + sample(i + 1, row, z);
@@ -100,7 +108,7 @@ WindowValues read_windows(const VolumeView& volume, double lowest, std::int64_t 
         // The squares of the nine weights add up to 36.
         values.laplacians.push_back(
             (second_difference(j - 1) - 2 * second_difference(j) + second_difference(j + 1)) / 6);
-        if (z + 1 < dims[2] && sample(i, j, z + 1) >= lowest)
+        if (z + 1 < dims[2] && is_tissue(row_of<T>(volume, j, z + 1)[i]))
             values.slice_differences.push_back((sample(i, j, z + 1) - sample(i, j, z)) / std::sqrt(2.0));
     }
     return values;
@@ -122,10 +130,11 @@ bool has_two_classes(const Histogram& samples) {
 }
 
 // The value above which samples are tissue. Without two classes of samples all are.
-double tissue_begin(const VolumeView& volume, std::int64_t slice_stride) {
+double tissue_begin(const VolumeView& volume, std::int64_t slice_stride, std::optional<double> padding) {
+    constexpr int kBins = 256;
     constexpr std::int64_t kStride = 4;  // the border between two classes needs few samples
-    Histogram samples = histogram(some_rows(volume, kStride, slice_stride));
-    if (!has_two_classes(samples)) samples = histogram(volume);  // those rows may be in air
+    Histogram samples = histogram(some_rows(volume, kStride, slice_stride), kBins, padding);
+    if (!has_two_classes(samples)) samples = histogram(volume, kBins, padding);  // those rows may be in air
     return has_two_classes(samples) ? otsu_isovalue(samples) : samples.lower;
 }
 
@@ -161,15 +170,16 @@ NoiseEstimate estimate_noise(const VolumeView& volume, const NoiseOptions& optio
     const auto dims = volume.geometry.dims;
     const std::int64_t stride = slice_stride(dims);
     const Rescale& rescale = volume.rescale;
-    const double lowest = rescale.sample(tissue_begin(volume, stride));
+    const double lowest = rescale.sample(tissue_begin(volume, stride, options.padding));
     std::vector<WindowValues> by_slice(static_cast<std::size_t>((dims[2] + stride - 1) / stride));
     with_threads(options.threads, [&] {
         Stage stage(options.progress, 0, 1, by_slice.size());
         visit_sample_type(volume.type, [&]<class T>(T) {
+            const Padding<T> padding(rescale, options.padding);
             parallel_for(std::size_t{0}, by_slice.size(), [&](std::size_t slice) {
                 const std::int64_t z = static_cast<std::int64_t>(slice) * stride;
                 for (std::int64_t y = 0; y + kWindow <= dims[1]; y += kWindow)
-                    by_slice[slice].append(read_windows<T>(volume, lowest, y, z));
+                    by_slice[slice].append(read_windows<T>(volume, lowest, padding, y, z));
                 stage.step();
             });
         });

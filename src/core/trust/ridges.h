@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include <marrow/thin_walls.h>
 
+#include "core/volume/padding.h"
 #include "core/volume/rows.h"
 #include "peaks.h"
 #include "ridge_normal.h"
@@ -31,22 +33,26 @@ struct Ridge {
 template <class T>
 class RidgeProfile {
   public:
-    explicit RidgeProfile(const VolumeView& volume)
+    explicit RidgeProfile(const VolumeView& volume, std::optional<double> padding = {})
         : pitches{1, volume.row_pitch(), volume.slice_pitch()},
           dims_(volume.geometry.dims),
+          padding_(volume.rescale, padding),
           volume_(volume) {}
 
     const T* at(const std::array<std::int64_t, 3>& index) const {
         return row_of<T>(volume_, index[1], index[2]) + index[0];
     }
 
-    /// The side of a sample in the direction of `sign`, which is 1 or -1, along `axis`.
+    /// The side of a sample in the direction of `sign`, which is 1 or -1, along `axis`. Padding is infinitely
+    /// low.
     RidgeSide side(const std::array<std::int64_t, 3>& index, std::size_t axis, int sign) const {
         const std::int64_t room = sign < 0 ? index[axis] : dims_[axis] - 1 - index[axis];
         const T* const sample = at(index);
         RidgeSide side;
         for (std::int64_t step = 1; step <= std::min(kReach, room); ++step) {
-            const auto value = static_cast<double>(sample[sign * step * pitches[axis]]);
+            const T at_step = sample[sign * step * pitches[axis]];
+            const double value = padding_.contains(at_step) ? -std::numeric_limits<double>::infinity()
+                                                            : static_cast<double>(at_step);
             if (side.steps == 0 || value < side.lowest) side = {value, step};
         }
         return side;
@@ -56,6 +62,7 @@ class RidgeProfile {
 
   private:
     const std::array<std::int64_t, 3> dims_;
+    const Padding<T> padding_;
     const VolumeView& volume_;
 };
 
@@ -63,8 +70,8 @@ class RidgeProfile {
 template <class T>
 class RidgeTest {
   public:
-    RidgeTest(const VolumeView& volume, double isovalue, double noise)
-        : profile_(volume),
+    RidgeTest(const VolumeView& volume, double isovalue, double noise, std::optional<double> padding = {})
+        : profile_(volume, padding),
           dims_(volume.geometry.dims),
           isovalue_(isovalue),
           least_contrast_(kLeastInNoise * noise),

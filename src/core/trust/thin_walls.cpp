@@ -8,6 +8,7 @@
 #include <map>
 #include <new>
 #include <numeric>
+#include <optional>
 #include <tuple>
 
 #include <marrow/error.h>
@@ -231,10 +232,10 @@ ThinWalls summary(const std::vector<Ridge>& ridges, const VolumeView& volume, Ch
 }
 
 template <class T>
-ThinWalls find(const VolumeView& volume, double isovalue, double noise, MeshView surface,
-               const Progress& progress) {
+ThinWalls find(const VolumeView& volume, double isovalue, double noise, std::optional<double> padding,
+               MeshView surface, const Progress& progress) {
     const Index dims = volume.geometry.dims;
-    const RidgeTest<T> ridge_at(volume, isovalue, noise);
+    const RidgeTest<T> ridge_at(volume, isovalue, noise, padding);
     SampleMask candidates = beside_surface(volume, surface.points);
     std::vector<std::vector<Ridge>> by_slice(static_cast<std::size_t>(dims[2]));
     constexpr double kFirstRidges = 0.9;  // of the time, usually
@@ -304,16 +305,18 @@ ThinWalls find_thin_walls(const VolumeView& volume, double isovalue, MeshView su
     if (volume.geometry.sample_count() == 0) return {};
     const double estimated = options.noise ? 0 : 0.5;  // the part of the progress
     const double noise =
-        options.noise
-            ? *options.noise
-            : estimate_noise(volume, {options.threads, sub_progress(options.progress, 0, estimated)}).sigma;
+        options.noise ? *options.noise
+                      : estimate_noise(volume, {.padding = options.padding,
+                                                .threads = options.threads,
+                                                .progress = sub_progress(options.progress, 0, estimated)})
+                            .sigma;
     const double sample_noise = noise / volume.rescale.slope;
     const Progress progress = sub_progress(options.progress, estimated, 1);
     ThinWalls found;
     try {
         with_threads(options.threads, [&] {
             visit_sample_type(volume.type, [&]<class T>(T) {
-                found = find<T>(volume, sample_isovalue, sample_noise, surface, progress);
+                found = find<T>(volume, sample_isovalue, sample_noise, options.padding, surface, progress);
             });
         });
     } catch (const std::bad_alloc&) {

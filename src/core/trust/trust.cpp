@@ -115,8 +115,8 @@ double largest_spacing(const Mat3d& index_to_physical) {
     return largest;
 }
 
-double default_step(const VolumeView& volume) {
-    const double step = otsu_contrast(histogram(volume)) / 10;
+double default_step(const VolumeView& volume, std::optional<double> padding) {
+    const double step = otsu_contrast(histogram(volume, 256, padding)) / 10;
     return step > 0 ? step : 1;
 }
 
@@ -130,13 +130,14 @@ TrustReport report_trust(const VolumeView& volume, std::span<const Vec3f> points
     const Geometry geometry = volume.own_geometry();
     const Mat3d matrix = geometry.index_to_physical(), to_index = inverse(matrix);
     TrustReport report;
-    report.step = options.step ? *options.step : default_step(volume);
+    report.step = options.step ? *options.step : default_step(volume, options.padding);
     report.cap = largest_spacing(matrix);
     const double estimated = options.noise ? 0 : 0.3;  // the part of the progress
-    report.noise =
-        options.noise
-            ? *options.noise
-            : estimate_noise(volume, {options.threads, sub_progress(options.progress, 0, estimated)});
+    report.noise = options.noise
+                       ? *options.noise
+                       : estimate_noise(volume, {.padding = options.padding,
+                                                 .threads = options.threads,
+                                                 .progress = sub_progress(options.progress, 0, estimated)});
     report.shift.resize(points.size());
     report.noise_shift.resize(points.size());
     constexpr std::size_t kBlock = 4096;

@@ -334,6 +334,7 @@ Volume resample_isotropic(const VolumeView& volume, double spacing, const Filter
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const std::int64_t n = g.dims[axis];
             const double step = spacing / g.spacing[axis];
+            if (n == 1) continue;
             if (n > 0 && std::abs(step - 1) > kSpacingRounding) {
                 const double begin = static_cast<double>(axis) / 3;
                 const std::int64_t count = resampled_count(n, step);

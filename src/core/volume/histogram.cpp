@@ -9,6 +9,7 @@
 #include <marrow/histogram.h>
 
 #include "checks.h"
+#include "padding.h"
 #include "rows.h"
 
 namespace marrow {
@@ -26,17 +27,12 @@ Histogram count_samples(const VolumeView& volume, int bins, std::optional<double
             }
         }
     };
-    // Values that became float32 are equal to the padding if they are the nearest to it.
-    using Compared = std::conditional_t<std::is_same_v<T, float>, float, double>;
-    const auto is_padding = [padding, &rescale = volume.rescale](T sample) {
-        return padding && static_cast<Compared>(rescale.value(static_cast<double>(sample))) ==
-                              static_cast<Compared>(*padding);
-    };
+    const internal::Padding<T> outside(volume.rescale, padding);
     T lower = std::numeric_limits<T>::max();
     T upper = std::numeric_limits<T>::lowest();
     std::int64_t non_finite = 0;
     for_each_sample([&](T sample) {
-        if (is_padding(sample)) return;
+        if (outside.contains(sample)) return;
         if constexpr (std::is_floating_point_v<T>) {
             if (!std::isfinite(sample)) {
                 ++non_finite;
@@ -66,7 +62,7 @@ Histogram count_samples(const VolumeView& volume, int bins, std::optional<double
         if (values <= volume.geometry.sample_count()) {
             std::vector<std::int64_t> count_of_value(static_cast<std::size_t>(values));
             for_each_sample([&](T sample) {
-                if (!is_padding(sample)) ++count_of_value[static_cast<std::size_t>(sample - first)];
+                if (!outside.contains(sample)) ++count_of_value[static_cast<std::size_t>(sample - first)];
             });
             for (int i = 0; i < values; ++i)
                 count_of_bin(first + i) += count_of_value[static_cast<std::size_t>(i)];
@@ -75,7 +71,7 @@ Histogram count_samples(const VolumeView& volume, int bins, std::optional<double
     }
     for_each_sample([&](T sample) {
         const auto value = static_cast<double>(sample);
-        if (std::isfinite(value) && !is_padding(sample)) ++count_of_bin(value);
+        if (std::isfinite(value) && !outside.contains(sample)) ++count_of_bin(value);
     });
     return result;
 }

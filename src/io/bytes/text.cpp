@@ -91,9 +91,11 @@ std::string examples(const std::vector<std::string>& items) {
     constexpr std::size_t kMost = 3, kLongest = 150;
     std::string out;
     for (std::size_t i = 0; i < std::min(items.size(), kMost); ++i) {
-        if (i > 0 && out.size() + items[i].size() > kLongest) break;
+        if (i > 0 && out.size() + items[i].size() > kLongest)
+            return out + fmt::format("; and {} more", items.size() - i);
         out += (i > 0 ? "; " : "") + items[i];
     }
+    if (items.size() > kMost) out += fmt::format("; and {} more", items.size() - kMost);
     return out;
 }
 
@@ -151,17 +153,30 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
 }
 
 std::optional<double> millimetres(std::string_view unit) {
-    const std::string u = to_lower(trimmed(unit));
-    if (u == "mm" || u == "millimeter" || u == "millimetre") return 1.0;
+    // The metre and its parts and multiples, by what precedes "meter" or "metre".
+    static constexpr std::pair<std::string_view, double> kMetres[] = {
+        {"yocto", 1e-21}, {"zepto", 1e-18}, {"atto", 1e-15}, {"femto", 1e-12}, {"pico", 1e-9},
+        {"nano", 1e-6},   {"micro", 1e-3},  {"milli", 1},    {"centi", 10},    {"deci", 100},
+        {"", 1e3},        {"hecto", 1e5},   {"kilo", 1e6},   {"mega", 1e9},    {"giga", 1e12},
+        {"tera", 1e15},   {"peta", 1e18},   {"exa", 1e21},   {"zetta", 1e24},  {"yotta", 1e27}};
     // Unicode has the sign of micro, and the Greek letter that looks like it.
-    if (u == "um" || u == "\xc2\xb5m" || u == "\xce\xbcm" || u == "micron" || u == "micrometer" ||
-        u == "micrometre")
-        return 1e-3;
-    if (u == "cm" || u == "centimeter" || u == "centimetre") return 10.0;
-    if (u == "m" || u == "meter" || u == "metre") return 1e3;
-    if (u == "nm" || u == "nanometer" || u == "nanometre") return 1e-6;
-    if (u == "angstrom") return 1e-7;
-    return {};
+    static constexpr std::pair<std::string_view, double> kOthers[] = {
+        {"nm", 1e-6},        {"um", 1e-3},
+        {"\xc2\xb5m", 1e-3}, {"\xce\xbcm", 1e-3},
+        {"micron", 1e-3},    {"mm", 1},
+        {"cm", 10},          {"m", 1e3},
+        {"angstrom", 1e-7},  {"inch", 25.4},
+        {"foot", 304.8},     {"yard", 914.4},
+        {"mile", 1609344},   {"parsec", 3.0856775814913673e19}};
+    const std::string name = to_lower(trimmed(unit));
+    const auto find = [](const auto& units, std::string_view wanted) -> std::optional<double> {
+        for (const auto& [known, mm] : units) {
+            if (wanted == known) return mm;
+        }
+        return {};
+    };
+    if (!name.ends_with("meter") && !name.ends_with("metre")) return find(kOthers, name);
+    return find(kMetres, std::string_view(name).substr(0, name.size() - 5));
 }
 
 std::string extension(const std::filesystem::path& path) {

@@ -39,7 +39,7 @@ template <class E, class... T>
     throw E(quoted(path) + ": " + fmt::format(why, std::forward<T>(values)...));
 }
 
-/// The first few items for a message, as far as a line has room: "a; b; ...".
+/// The first few items for a message, as far as a line has room: "a; b; and 3 more".
 std::string examples(const std::vector<std::string>& items);
 
 /// A number of things, whose name takes an "s" in the plural: "1 file", "2 files".
@@ -61,7 +61,8 @@ std::string_view take_line(std::string_view& text);
 std::optional<double> parse_double(std::string_view text);
 std::optional<std::int64_t> parse_integer(std::string_view text);
 
-/// How many millimetres a unit of length has ("mm", "um", "cm", "m", ...). No value if it is unknown.
+/// How many millimetres a unit of length has ("mm", "um", "cm", "m", ..., and the names that OME-Zarr knows).
+/// No value if it is unknown.
 std::optional<double> millimetres(std::string_view unit);
 
 /// The extension in lower case: ".nrrd". ".nii.gz" counts as one extension.

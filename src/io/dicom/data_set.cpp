@@ -258,7 +258,7 @@ bool is_dicom(std::string_view head) {
 
 namespace {
 
-// Guesses the encoding from the first element, for files that do not name a transfer syntax.
+// Guesses the encoding from the first element, for files that name no transfer syntax of the standard.
 DicomEncoding guess_encoding(std::string_view bytes, std::size_t at) {
     if (bytes.size() - at < 8) throw NeedsMore();
     return {is_vr(bytes.substr(at + 4, 2)), number_at(bytes, at, 2, false) > 0xff};
@@ -295,11 +295,12 @@ void parse(ParsedDicom& file, const std::filesystem::path& path) {
         bytes = {file.bytes.data(), file.bytes.size()};
         at = 0;
         file.encoding = {true, false};
-    } else if (file.transfer_syntax.empty()) {
-        file.encoding = guess_encoding(bytes, at);
+    } else if (file.transfer_syntax == "1.2.840.10008.1.2") {
+        file.encoding = {false, false};
+    } else if (file.transfer_syntax.starts_with("1.2.840.10008.1.2.")) {
+        file.encoding = {true, file.transfer_syntax == "1.2.840.10008.1.2.2"};
     } else {
-        file.encoding = {file.transfer_syntax != "1.2.840.10008.1.2",
-                         file.transfer_syntax == "1.2.840.10008.1.2.2"};
+        file.encoding = guess_encoding(bytes, at);
     }
     DicomParser parser(bytes, file.encoding, at);
     file.data_set = parser.data_set(0);

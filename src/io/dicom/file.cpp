@@ -235,6 +235,11 @@ std::optional<std::string> refusal(const DicomFile& file, const DicomDataSet& da
     return overclaim(file, 1);
 }
 
+// Whether the pixels are floating-point, as in parametric maps.
+bool has_float_pixels(const DicomDataSet& data_set) {
+    return data_set.has(tag::kFloatPixelData) || data_set.has(tag::kDoublePixelData);
+}
+
 // Whether the SOP class is an image. A data set that is cut off before its SOP class may be one.
 bool should_have_pixels(const DicomDataSet& data_set) {
     static constexpr std::string_view
@@ -244,7 +249,7 @@ bool should_have_pixels(const DicomDataSet& data_set) {
                     "1.2.840.10008.5.1.4.1.1.128",  "1.2.840.10008.5.1.4.1.1.130",
                     "1.2.840.10008.5.1.4.1.1.20",   "1.2.840.10008.5.1.4.1.1.7",
                     "1.2.840.10008.5.1.4.1.1.481.2"};  // CT, MR, PET, NM, secondary capture, RT dose
-    if (data_set.has(tag::kDirectoryRecords)) return false;
+    if (data_set.has(tag::kDirectoryRecords) || has_float_pixels(data_set)) return false;
     const std::string uid = data_set.text(tag::kSopClassUid);
     return uid.empty() || std::find(std::begin(images), std::end(images), uid) != std::end(images);
 }
@@ -304,7 +309,7 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     return file;
 }
 
-std::string name_without_image(const std::filesystem::path& path) {
+std::string reason_without_image(const std::filesystem::path& path) {
     static constexpr std::pair<std::string_view, const char*> names[] = {
         {"1.2.840.10008.5.1.4.1.1.481.3", "an RT structure set, which holds contours"},
         {"1.2.840.10008.5.1.4.1.1.481.5", "an RT plan"},
@@ -312,11 +317,14 @@ std::string name_without_image(const std::filesystem::path& path) {
         {"1.2.840.10008.5.1.4.1.1.66", "a registration or other spatial data"},
         {"1.2.840.10008.5.1.4.1.1.104", "an encapsulated document"},
         {"1.2.840.10008.5.1.4.1.1.11", "a presentation state"}};
-    const std::string uid = parse_dicom_header(path).data_set.text(tag::kSopClassUid);
+    const ParsedDicom parsed = parse_dicom_header(path);
+    if (has_float_pixels(parsed.data_set)) return "has floating-point pixels, which are not supported";
+    const std::string uid = parsed.data_set.text(tag::kSopClassUid);
+    std::string what = "DICOM without an image";
     for (const auto& [start, name] : names) {
-        if (uid == start || uid.starts_with(std::string(start) + ".")) return name;
+        if (uid == start || uid.starts_with(std::string(start) + ".")) what = name;
     }
-    return "DICOM without an image";
+    return fmt::format("is {}; a scan has images", what);
 }
 
 namespace {
@@ -381,10 +389,11 @@ void decode_compressed(const DicomFile& file, const ParsedDicom& parsed, Buffer<
         const DecodedFrame frame =
             decode_frame(file.transfer_syntax, streams[i], file.tiles * file.columns, file.tiles * file.rows,
                          file.bits_allocated, file.bits_stored);
-        // Some encoders state all bits of a cell, also those above the sign. Lossy samples may exceed the
-        // stored bits by a little.
-        const bool ends_at_sign = file.is_signed && is_lossless(file.transfer_syntax);
-        const int bits = ends_at_sign ? std::min(frame.bits, file.bits_stored) : frame.bits;
+        // Some encoders state all bits of a cell, also those above the stored ones. Unsigned samples that
+        // state another precision may have it. Lossy samples may exceed the stored bits by a little.
+        const bool ends_at_stored =
+            is_lossless(file.transfer_syntax) && (file.is_signed || frame.bits == file.bits_allocated);
+        const int bits = ends_at_stored ? std::min(frame.bits, file.bits_stored) : frame.bits;
         unpack_cells(frame.cells.data(), area, frame.cell_size, bits, bits - 1, file.is_signed,
                      out.data() + i * area);
         step(1 / static_cast<double>(frames));

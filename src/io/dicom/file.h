@@ -63,7 +63,8 @@ struct DicomFile {
     std::vector<DicomFrame> frames;
 };
 
-/// Reads a header. No value if the file is DICOM without an image: a report, a structure set, a directory.
+/// Reads a header. No value if the file is DICOM without an image: a report, a structure set, a directory; or
+/// if its pixels are floating-point.
 /// \throw IoError; InputError it is damaged
 std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path);
 
@@ -71,8 +72,9 @@ std::optional<DicomFile> read_dicom_header(const std::filesystem::path& path);
 /// character set.
 std::string readable_text(const DicomDataSet& data_set, DicomTag tag, const DicomDataSet& file);
 
-/// What a DICOM file without an image is: "an RT structure set". \throw IoError; InputError it is damaged
-std::string name_without_image(const std::filesystem::path& path);
+/// Why a DICOM file without an image cannot be read: "is an RT structure set; a scan has images".
+/// \throw IoError; InputError it is damaged
+std::string reason_without_image(const std::filesystem::path& path);
 
 /// Memory for decoding. Reuse it from file to file: new memory pages cost as much time as decoding.
 struct DicomWorkspace {

@@ -43,7 +43,7 @@ DicomHeaders read_dicom_headers(const DicomInput& input, int threads, const Prog
     }
     if (found.files.empty() && (input.named || paths.size() == 1)) {
         const std::filesystem::path& path = input.named.value_or(paths[0]);
-        fail<InputError>(path, "is {}; a scan has images", name_without_image(path));
+        fail<InputError>(path, "{}", reason_without_image(path));
     }
     if (found.files.empty()) {
         fail<InputError>(paths[0].parent_path(), "none of {} DICOM files holds an image", paths.size());
@@ -145,7 +145,7 @@ SeriesChoice choose_series(DicomHeaders& headers, const DicomInput& input, const
             });
         });
         if (chosen.empty()) {
-            fail<InputError>(*input.named, "is {}; a scan has images", name_without_image(*input.named));
+            fail<InputError>(*input.named, "{}", reason_without_image(*input.named));
         }
         return {std::move(chosen), "the named file belongs to it", false};
     }

@@ -237,9 +237,8 @@ namespace {
         gaps.push_back(fmt::format("{:.4g} mm between {} and {}", length, stack.slices[slice].name(false),
                                    stack.slices[slice + 1].name(false)));
     refuse(stack,
-           fmt::format("its slices are uneven: {}{}, elsewhere {:.4g} mm; options.resample makes them even",
-                       examples(gaps), gaps.size() > 1 ? fmt::format(" ({} such gaps)", gaps.size()) : "",
-                       usual));
+           fmt::format("its slices are uneven: {}, elsewhere {:.4g} mm; options.resample makes them even",
+                       examples(gaps), usual));
 }
 
 // The step from slice to slice, which must be the same for all. If `uneven` is not null, only its direction

@@ -89,6 +89,8 @@ inline constexpr DicomTag kGridFrameOffsets = 0x3004000c;
 inline constexpr DicomTag kDoseGridScaling = 0x3004000e;
 inline constexpr DicomTag kSharedFunctionalGroups = 0x52009229;
 inline constexpr DicomTag kPerFrameFunctionalGroups = 0x52009230;
+inline constexpr DicomTag kFloatPixelData = 0x7fe00008;
+inline constexpr DicomTag kDoublePixelData = 0x7fe00009;
 inline constexpr DicomTag kPixelData = 0x7fe00010;
 
 }  // namespace marrow::internal::io::tag

@@ -194,10 +194,7 @@ class ModelReader : public XmlVisitor {
         core_ = model.space;
         core_is_default_ = spaces_[""] == core_;
         const std::string_view unit = model.get("unit");
-        const std::optional<double> scale = unit.empty()     ? 1
-                                            : unit == "inch" ? 25.4
-                                            : unit == "foot" ? 304.8
-                                                             : millimetres(unit);
+        const std::optional<double> scale = unit.empty() ? 1 : millimetres(unit);
         if (!scale) file_.refuse("is in an unknown unit " + quoted(unit));
         scale_ = *scale;
         for (const std::string_view prefix : split(model.get("requiredextensions"))) {

@@ -61,15 +61,18 @@ Mesh read_obj(const FileContent& input, Space& space, std::vector<ObjectStart>& 
             const std::optional<std::int64_t> index = parse_integer(w[i].substr(0, w[i].find('/')));
             if (!index || *index == 0) input.refuse("a corner is not the number of a point: " + quoted(w[i]));
             // Indices count from 1, or backwards from the last point if they are negative.
-            corners.push_back(*index > 0 ? *index - 1
-                                         : *index + static_cast<std::int64_t>(mesh.points.size()));
+            const std::int64_t corner =
+                *index > 0 ? *index - 1 : *index + static_cast<std::int64_t>(mesh.points.size());
+            if (corner < 0 || corner >= static_cast<std::int64_t>(kMostPoints))
+                refuse_missing_point(input, *index);
+            corners.push_back(corner);
         }
         // A face may come before its points.
         add_polygon(input, corners, kMostPoints, mesh);
     }
     for (const Triangle& t : mesh.triangles) {
         for (const std::uint32_t p : t) {
-            if (p >= mesh.points.size()) refuse_missing_point(input, p);
+            if (p >= mesh.points.size()) refuse_missing_point(input, std::int64_t{p} + 1);
         }
     }
     if (mesh.points.empty() && !is_marrows) input.refuse("is not an OBJ file, or has no points");

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <random>
 
 #include <marrow/error.h>
 
@@ -43,7 +44,7 @@ class CornerJoiner {
 
     // Where the point with these coordinates stands, or would stand.
     std::size_t slot_of(const Vec3f& p) const {
-        std::uint64_t hash = 0;
+        std::uint64_t hash = seed_;
         for (const float x : p) {
             hash = (hash ^ std::bit_cast<std::uint32_t>(x + 0.0f)) * 0x9E3779B97F4A7C15;  // -0 + 0 is 0
             hash ^= hash >> 32;
@@ -61,6 +62,8 @@ class CornerJoiner {
     }
 
     const FileContent& input_;
+    // Random, so that no file can have points that all collide.
+    const std::uint64_t seed_ = std::uint64_t{std::random_device()()} << 32 | std::random_device()();
     Mesh mesh_;
     std::vector<std::uint32_t> slots_;  // numbers of points, a power of two, at most half of them in use
 };

@@ -1,4 +1,5 @@
 // Writes VTK XML PolyData: an XML header, then the raw arrays, each after its length in bytes.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -88,9 +89,19 @@ struct Contents {
             names.push_back(clean_name(object.name));
             colours.push_back(rgb(object));
         }
-        for (const PointArray& array : objects.front().arrays)
-            meanings.push_back(array.name + ": " + array.meaning);
+        for (std::size_t k = 0; k < objects.front().arrays.size(); ++k) add_meanings(objects, k);
         cell_arrays = objects.size() > 1 || has_colour;
+    }
+
+    // The meaning of an array, or one for each surface if they differ.
+    void add_meanings(MeshObjects objects, std::size_t k) {
+        const PointArray& array = objects.front().arrays[k];
+        const bool same = std::all_of(objects.begin(), objects.end(), [&](const MeshObject& object) {
+            return object.arrays[k].meaning == array.meaning;
+        });
+        if (same) return meanings.push_back(array.name + ": " + array.meaning);
+        for (std::size_t i = 0; i < objects.size(); ++i)
+            meanings.push_back(names[i] + ", " + array.name + ": " + objects[i].arrays[k].meaning);
     }
 
     std::uint64_t points = 0, triangles = 0;

@@ -67,10 +67,10 @@ ImageHeader read_image(const std::filesystem::path& path, const ImageTarget& tar
             out = read_bmp(path, target);
         else
             throw UnreadableImage{"is not a PNG, TIFF, JPEG or BMP image"};
-        // No supported compression turns one byte into more than 2000.
+        // No supported compression turns one byte into more than 2000, and uint32 becomes twice as long.
         if (static_cast<double>(out.columns) * static_cast<double>(out.rows) *
                 static_cast<double>(out.pages) * static_cast<double>(sample_size(out.type)) >
-            2000.0 * static_cast<double>(regular_file_size(path))) {
+            4000.0 * static_cast<double>(regular_file_size(path))) {
             throw UnreadableImage{"claims more samples than it can hold"};
         }
         return out;

@@ -205,8 +205,17 @@ std::array<std::size_t, 3> spatial_axes(const Header& header, const std::vector<
         header.find("kinds") ? split(*header.find("kinds")) : std::vector<std::string_view>(axes, "???");
     if (kinds.size() != axes)
         header.refuse(fmt::format("'kinds' has {} values for {} axes", kinds.size(), axes));
+    // If only their spacing tells axes apart, one sample without a spacing is not an axis of space.
+    const bool by_spacing = known_directions.empty() && !header.find("kinds");
+    const auto spacings = by_spacing && header.find("spacings") ? numbers(header, "spacings", axes)
+                                                                : std::vector<double>(axes, NAN);
+    std::size_t left = axes;
     std::vector<std::size_t> space;
     for (std::size_t a = 0; a < axes; ++a) {
+        if (by_spacing && left > 3 && sizes[a] == 1 && std::isnan(spacings[a])) {
+            --left;
+            continue;
+        }
         const bool in_space = known_directions.empty() || known_directions[a];
         const bool of_space = std::find(spatial.begin(), spatial.end(), to_lower(kinds[a])) != spatial.end();
         if (in_space && of_space && (axes == 3 || space.size() < 3)) {
@@ -342,7 +351,11 @@ void read_data_location(const Header& header, RawImage& image) {
         if (starts_with_word(*data_file, "list"))
             names = header.listed_files;
         else if (parts.size() >= 4 && parts[0].find('%') != parts[0].npos) {
-            names = pattern_files(header, parts, static_cast<double>(image.geometry.dims[2]));
+            // The fifth word is the number of axes that a file holds: 1 if it has a row of samples.
+            const bool is_row = parts.size() > 4 && parse_integer(parts[4]) == 1;
+            const auto& dims = image.geometry.dims;
+            names = pattern_files(header, parts,
+                                  static_cast<double>(dims[2]) * (is_row ? static_cast<double>(dims[1]) : 1));
         } else
             names = {std::string(*data_file)};
         if (names.empty()) header.refuse("names no data file");

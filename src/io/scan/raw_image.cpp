@@ -32,12 +32,13 @@ std::uint64_t checked_file_bytes(const RawImage& image) {
     for (const auto& path : image.files) {
         const double held =
             static_cast<double>(regular_file_size(path)) - static_cast<double>(image.file_offset.value_or(0));
-        const double needed = file_bytes + static_cast<double>(image.data_offset);
-        if (needed > (image.compressed ? held * kMostInflation : held)) {
+        const double most =
+            (image.compressed ? held * kMostInflation : held) - static_cast<double>(image.data_offset);
+        if (file_bytes > most) {
             fail<InputError>(path,
-                             "the header claims {:.0f} bytes of samples but the file has {:.0f}; "
+                             "the header claims {:.0f} bytes of samples but the file {} {:.0f}; "
                              "it is truncated, or the header is wrong",
-                             file_bytes, std::max(held, 0.0));
+                             file_bytes, image.compressed ? "can hold at most" : "has", std::max(most, 0.0));
         }
     }
     check_stated_geometry(image.files[0], image.geometry);

@@ -17,6 +17,7 @@
 
 #include "base/checked_size.h"
 #include "io/bytes/byte_stream.h"
+#include "io/bytes/stored_samples.h"
 #include "io/bytes/text.h"
 
 namespace marrow::internal::io {
@@ -67,8 +68,10 @@ int tiff_ignore(TIFF*, void*, const char*, const char*, va_list) {
 }
 
 struct TiffSamples {
-    SampleType type;
+    StoredType type;
     int channels;
+
+    std::size_t pixel_size() const { return stored_size(type) * static_cast<std::size_t>(channels); }
 };
 
 TiffSamples tiff_samples(TIFF* tiff) {
@@ -87,14 +90,27 @@ TiffSamples tiff_samples(TIFF* tiff) {
     const bool perhaps_grey = (has_colours || has_opacity) && planes == PLANARCONFIG_CONTIG &&
                               format == SAMPLEFORMAT_UINT && (bits == 8 || bits == 16);
     if (!grey && !perhaps_grey) throw kInColour;
-    if (format == SAMPLEFORMAT_UINT && bits == 8) return {SampleType::uint8, channels};
-    if (format == SAMPLEFORMAT_UINT && bits == 16) return {SampleType::uint16, channels};
-    if (format == SAMPLEFORMAT_INT && bits == 8) return {SampleType::int8, 1};
-    if (format == SAMPLEFORMAT_INT && bits == 16) return {SampleType::int16, 1};
-    if (format == SAMPLEFORMAT_INT && bits == 32) return {SampleType::int32, 1};
-    if (format == SAMPLEFORMAT_IEEEFP && bits == 32) return {SampleType::float32, 1};
-    if (format == SAMPLEFORMAT_IEEEFP && bits == 64) return {SampleType::float64, 1};
-    throw kOddSamples;
+    if (format == SAMPLEFORMAT_UINT && bits == 8) return {StoredType::uint8, channels};
+    if (format == SAMPLEFORMAT_UINT && bits == 16) return {StoredType::uint16, channels};
+    if (format == SAMPLEFORMAT_UINT && bits == 32) return {StoredType::uint32, 1};
+    if (format == SAMPLEFORMAT_UINT && bits == 64) return {StoredType::uint64, 1};
+    if (format == SAMPLEFORMAT_INT && bits == 8) return {StoredType::int8, 1};
+    if (format == SAMPLEFORMAT_INT && bits == 16) return {StoredType::int16, 1};
+    if (format == SAMPLEFORMAT_INT && bits == 32) return {StoredType::int32, 1};
+    if (format == SAMPLEFORMAT_INT && bits == 64) return {StoredType::int64, 1};
+    if (format == SAMPLEFORMAT_IEEEFP && bits == 32) return {StoredType::float32, 1};
+    if (format == SAMPLEFORMAT_IEEEFP && bits == 64) return {StoredType::float64, 1};
+    throw UnreadableImage{
+        "has an unsupported sample type; save it in grey as integers of 8 to 64 bits, float32 or float64"};
+}
+
+// \throw UnreadableImage a page is a volume, as tifffile writes on request
+void check_depth(TIFF* tiff) {
+    std::uint32_t depth = 1;
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_IMAGEDEPTH, &depth);
+    if (depth > 1)
+        throw UnreadableImage{fmt::format(
+            "holds {} slices in one page (ImageDepth), which is not supported; save each as a page", depth)};
 }
 
 // libtiff knows compressions that it may have been built without.
@@ -194,19 +210,37 @@ struct Description {
             "stands for other values than it stores (ImageJ's calibration), which is not supported; save it "
             "as NRRD"};
     }
-    // Beyond 4 GiB, ImageJ describes only the first of its images, and the others follow it.
-    void check_single_page(std::uint64_t page_bytes, std::uint64_t file_bytes) const {
-        if (!is_of_imagej()) return;
-        const std::int64_t images = number_after(text, "\nimages=");
-        if (images > 1 &&
-            static_cast<double>(images) * static_cast<double>(page_bytes) <= static_cast<double>(file_bytes))
+    // Beyond 4 GiB, ImageJ describes only the first of its images, and the others follow it. tifffile does so
+    // on request.
+    void check_single_page(double page_samples, double sample_bytes, double file_bytes) const {
+        const double images = is_of_imagej() ? static_cast<double>(number_after(text, "\nimages="))
+                                             : truncated_samples() / page_samples;
+        if (images > 1 && images * page_samples * sample_bytes <= file_bytes)
             throw UnreadableImage{fmt::format(
-                "describes one of its {} images, as ImageJ does beyond 4 GiB; save it as an image sequence",
-                images)};
+                "describes one of its {:.0f} images, as {}; save it as an image sequence", images,
+                is_of_imagej() ? "ImageJ does beyond 4 GiB" : "tifffile does if told to truncate")};
+    }
+
+  private:
+    // The samples of a file of tifffile that describes only its first page:
+    // {"shape": [6, 16, 16], "truncated": true}. 0 if it is none.
+    double truncated_samples() const {
+        constexpr std::string_view kShape = "{\"shape\": [";
+        if (!text.starts_with(kShape) || text.find("\"truncated\": true") == text.npos) return 0;
+        std::string_view sizes = std::string_view(text).substr(kShape.size());
+        sizes = sizes.substr(0, sizes.find(']'));
+        double samples = 1;
+        while (!sizes.empty()) {
+            const std::size_t end = std::min(sizes.find(','), sizes.size());
+            samples *= parse_double(sizes.substr(0, end)).value_or(0);
+            sizes.remove_prefix(std::min(end + 1, sizes.size()));
+        }
+        return samples;
     }
 };
 
-ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
+// `path` names the file in errors.
+ImageHeader read_tiff_pages(TiffFile& file, const std::filesystem::path& path, const ImageTarget& target) {
     const std::unique_ptr<TIFFOpenOptions, void (*)(TIFFOpenOptions*)> options(TIFFOpenOptionsAlloc(),
                                                                                TIFFOpenOptionsFree);
     if (!options) throw LimitError("not enough memory for libtiff");
@@ -226,7 +260,9 @@ ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
         TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &columns);
         TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &rows);
         check_compression(tiff.get());
-        const auto [type, channels] = tiff_samples(tiff.get());
+        check_depth(tiff.get());
+        const TiffSamples samples = tiff_samples(tiff.get());
+        const SampleType type = loaded_type(samples.type, {});
         const bool upside_down = is_upside_down(tiff.get());
         if (out.pages == 0) {
             out.columns = columns;
@@ -240,11 +276,15 @@ ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
         if (target.takes(known) && out.pages < known.pages) {
             const std::size_t area = std::size_t{columns} * rows, sample = sample_size(type);
             unsigned char* page = target.bytes() + static_cast<std::size_t>(out.pages) * area * sample;
-            const std::size_t pixel = sample * static_cast<std::size_t>(channels);
-            Bytes pixels(channels > 1 ? checked_size(area, pixel) * pixel : 0);
+            const std::size_t pixel = samples.pixel_size();
+            const bool as_stored = samples.channels == 1 && is_loaded_as_stored(samples.type, {});
+            Bytes pixels(as_stored ? 0 : checked_size(area, pixel) * pixel);
             (TIFFIsTiled(tiff.get()) ? read_tiles : read_strips)(tiff.get(), columns, rows, pixel,
-                                                                 pixels.empty() ? page : pixels.data());
-            if (!pixels.empty()) keep_grey(pixels, area, channels, type, page);
+                                                                 as_stored ? page : pixels.data());
+            if (samples.channels > 1)
+                keep_grey(pixels, area, samples.channels, type, page);
+            else if (!as_stored)
+                load_samples(pixels.data(), page, area, samples.type, {}, path);
             const std::size_t line = columns * sample;
             for (std::uint32_t row = 0; upside_down && row < rows / 2; ++row)
                 std::swap_ranges(page + row * line, page + (row + 1) * line, page + (rows - 1 - row) * line);
@@ -255,8 +295,9 @@ ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
             description.check_pages(out.pages);
             description.check_values();
             if (out.pages == 1)
-                description.check_single_page(std::uint64_t{columns} * rows * sample_size(type),
-                                              TiffFile::size(&file));
+                description.check_single_page(static_cast<double>(columns) * rows * samples.channels,
+                                              static_cast<double>(stored_size(samples.type)),
+                                              static_cast<double>(TiffFile::size(&file)));
             return out;
         }
     }
@@ -268,7 +309,7 @@ ImageHeader read_tiff_pages(TiffFile& file, const ImageTarget& target) {
 ImageHeader read_tiff(const std::filesystem::path& path, const ImageTarget& target) {
     TiffFile file(path);
     try {
-        const ImageHeader out = read_tiff_pages(file, target);
+        const ImageHeader out = read_tiff_pages(file, path, target);
         file.check();
         return out;
     } catch (const UnreadableImage&) {

@@ -145,7 +145,7 @@ void read_codecs(const std::vector<Metadata>& codecs, ZarrArray& array) {
     array.order = c_order(array.shape.size());
     bool is_bytes = false;  // what the codecs so far have made
     for (const Metadata& codec : codecs) {
-        const std::string name = codec.at("name").text();
+        const std::string name = codec.extension_name();
         const bool has_options = codec.has("configuration");
         if (name == "transpose" && !is_bytes) {
             const auto order = codec.at("configuration").at("order").integers(0);
@@ -180,7 +180,7 @@ ZarrArray::ShardIndex read_shards(const Metadata& codec, const ZarrArray::Index&
     }
     index.at_start = options.has("index_location") && options.at("index_location").text() == "start";
     for (const Metadata& step : options.at("index_codecs").elements()) {
-        const std::string name = step.at("name").text();
+        const std::string name = step.extension_name();
         const bool big = step.has("configuration") && step.at("configuration").has("endian") &&
                          step.at("configuration").at("endian").text() == "big";
         if (name == "crc32c")
@@ -210,15 +210,15 @@ ZarrArray read_version_3(const fs::path& folder) {
     if (!known) metadata.refuse(fmt::format("samples of type {} are not supported", quoted(type)));
     array.type = *known;
     const Metadata grid = metadata.at("chunk_grid");
-    if (grid.at("name").text() != "regular")
-        metadata.refuse(fmt::format("the chunk grid {} is not supported", quoted(grid.at("name").text())));
+    if (grid.extension_name() != "regular")
+        metadata.refuse(fmt::format("the chunk grid {} is not supported", quoted(grid.extension_name())));
     const ZarrArray::Index file = grid.at("configuration").at("chunk_shape").integers(1);
     array.chunk = file;
     if (metadata.has("storage_transformers") && !metadata.at("storage_transformers").elements().empty())
         metadata.refuse("storage transformers are not supported");
 
     const std::vector<Metadata> codecs = metadata.at("codecs").elements();
-    if (codecs.size() == 1 && codecs[0].at("name").text() == "sharding_indexed") {
+    if (codecs.size() == 1 && codecs[0].extension_name() == "sharding_indexed") {
         array.index = read_shards(codecs[0], file, array);
     } else {
         if (codecs.empty()) metadata.refuse("the codecs lack 'bytes'");
@@ -228,7 +228,7 @@ ZarrArray read_version_3(const fs::path& folder) {
     array.fill = read_fill(metadata, array.type);
 
     const Metadata keys = metadata.at("chunk_key_encoding");
-    const std::string naming = keys.at("name").text();
+    const std::string naming = keys.extension_name();
     if (naming != "default" && naming != "v2")
         metadata.refuse(fmt::format("the chunk key encoding {} is not supported", quoted(naming)));
     array.separator = std::string(naming == "default" ? "/" : ".");

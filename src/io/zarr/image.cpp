@@ -168,8 +168,9 @@ bool is_oriented(const std::vector<Axis>& axes, ZarrImage& image) {
     return false;
 }
 
-void place(const std::vector<Axis>& axes, const Transform& transform, const ScanOptions& options,
-           ZarrImage& image) {
+// `metadata` are those of the image, for errors.
+void place(const Metadata& metadata, const std::vector<Axis>& axes, const Transform& transform,
+           const ScanOptions& options, ZarrImage& image) {
     const std::size_t n = image.array.shape.size();
     // The specification demands a scale. Without one, the numbers of the metadata have no meaning.
     image.has_units = image.has_spacing = transform.has_scale;
@@ -183,9 +184,7 @@ void place(const std::vector<Axis>& axes, const Transform& transform, const Scan
         const bool is_named = named != std::string_view::npos && axes[a].name.size() == 1;
         const auto [row, sign] =
             image.oriented ? *anatomical_direction(axes[a].orientation) : Direction{is_named ? named : m, 1};
-        if (taken[row])
-            throw InputError(fmt::format("{}: Zarr metadata: two axes of the image run along {}",
-                                         quoted(image.array.folder), "xyz"[row]));
+        if (taken[row]) metadata.refuse(fmt::format("two axes of the image run along {}", "xyz"[row]));
         taken[row] = true;
         double mm = 1;
         if (axes[a].unit.empty()) {
@@ -195,8 +194,7 @@ void place(const std::vector<Axis>& axes, const Transform& transform, const Scan
         } else if (const auto known = millimetres(axes[a].unit)) {
             mm = *known;
         } else {
-            throw InputError(fmt::format("{}: Zarr metadata: the unit {} is unknown",
-                                         quoted(image.array.folder), quoted(axes[a].unit)));
+            metadata.refuse(fmt::format("the unit {} is unknown", quoted(axes[a].unit)));
         }
         Geometry& g = image.geometry;
         g.dims[m] = image.array.shape[a];
@@ -326,7 +324,7 @@ ZarrImage read_zarr_image(const fs::path& folder, const ScanOptions& options) {
     Transform transform{std::vector<double>(axes.size(), 1), std::vector<double>(axes.size(), 0)};
     apply_steps(datasets[static_cast<std::size_t>(level)], transform);
     apply_steps(metadata, transform);
-    place(axes, transform, options, image);
+    place(metadata, axes, transform, options, image);
     choose_volume(axes, found->channels, options, image);
     return image;
 }

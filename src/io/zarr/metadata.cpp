@@ -47,6 +47,10 @@ std::string Metadata::text() const {
     return json_->get<std::string>();
 }
 
+std::string Metadata::extension_name() const {
+    return json_->is_string() ? text() : at("name").text();
+}
+
 double Metadata::number() const {
     if (!json_->is_number()) refuse(fmt::format("{} is not a number", name_));
     const auto value = json_->get<double>();

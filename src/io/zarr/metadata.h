@@ -33,6 +33,8 @@ class Metadata {
 
     /// The value as the type that it must have. \throw InputError it has another one
     std::string text() const;
+    /// The name of a codec or another extension of Zarr 3: {"name": ...}, or the name alone.
+    std::string extension_name() const;
     double number() const;
     /// Whole numbers from `least` to 2^53, which a double holds exactly.
     std::vector<std::int64_t> integers(std::int64_t least) const;
