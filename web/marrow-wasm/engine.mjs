@@ -1,5 +1,6 @@
 // Talks to a worker that runs the WebAssembly.
 import { MarrowError, cancelled } from './errors.mjs';
+import { checked } from './options.mjs';
 
 const inNode = typeof process === 'object' && process.versions?.node !== undefined && typeof window === 'undefined' &&
   typeof importScripts === 'undefined';
@@ -90,6 +91,7 @@ export class Engine {
     if (this.#end) return Promise.reject(this.#end);
     if (signal?.aborted) return Promise.reject(cancelled());
     return new Promise((resolve, reject) => {
+      checked({ onProgress, signal });
       const id = ++this.#last;
       const abort = () => {
         if (!abandon) return this.cancel();

@@ -89,6 +89,7 @@ export async function mount(module, files, inNode) {
   const root = `/scan${++mounts}`;
   FS.mkdir(root);
   if (typeof files === 'string') {
+    if (!inNode) throw new MarrowError('only node reads paths: give File objects or { path, data }', 2);
     const [{ statSync }, { basename, dirname, resolve }] = [await import('node:fs'), await import('node:path')];
     const full = resolve(files);
     const isFolder = statSync(full, { throwIfNoEntry: false })?.isDirectory() ?? false;

@@ -27,7 +27,7 @@ export type Samples =
  */
 export class MarrowError extends Error {
   /**
-   * The exit code of the command line: 2 an option does not fit; 3 a file cannot be read (missing, damaged, not
+   * The exit code of the command line: 2 an argument does not fit; 3 a file cannot be read (missing, damaged, not
    * supported, too large) or written; 4 the scan is ambiguous, or its geometry would distort the result; 5 there is no
    * surface; 130 cancelled.
    */
@@ -285,7 +285,7 @@ export interface Mesh {
   colour?: Colour;
 }
 
-/** The part of a scan to keep: the first and the last sample along each axis, both included. */
+/** The part of a scan to keep: the first and the last sample along each axis, both included and within the scan. */
 export interface Crop {
   first: Vec3;
   last: Vec3;
@@ -418,13 +418,13 @@ export interface SmoothOptions extends WorkOptions {
   bound?: number | Scan;
 }
 
-/** Removes noise and steps, without shrinking the mesh. */
+/** Removes noise and steps. Only parts that are a few samples thick shrink. */
 export function smooth(mesh: Mesh, options?: SmoothOptions):
   Promise<StepResult & { movedMean: number; movedMax: number; heldBack: number }>;
 
-/** When to stop; at the first that is reached. */
+/** When to stop; at the first that is reached. One of `keep`, `triangles` and `maxError` is needed. */
 export interface SimplifyOptions extends WorkOptions {
-  /** The fraction of the triangles to keep. */
+  /** The fraction of the triangles to keep, above 0 and at most 1. */
   keep?: number;
   /** The number of triangles to keep. */
   triangles?: number;

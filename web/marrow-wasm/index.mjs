@@ -18,6 +18,7 @@ export const presets = Object.freeze([
 ].map((preset) => Object.freeze({ ...preset, isovalue: preset.lowest - 0.5 })));
 
 export async function prepare(setup = {}) {
+  checked({ threads: setup.threads, baseUrl: setup.baseUrl });
   if (setup.threads > 1 && !canUseThreads())
     throw new MarrowError('threads need SharedArrayBuffer, which this page does not have: send the headers ' +
       'Cross-Origin-Opener-Policy: same-origin and Cross-Origin-Embedder-Policy: require-corp', 2);
@@ -32,10 +33,13 @@ export const threads = () => chosenThreads();
 function listOf(files) {
   if (typeof files === 'string') return files;
   const one = (file) => {
-    if (file?.path !== undefined && file.data !== undefined) return { path: file.path, data: file.data };
-    return { path: file.webkitRelativePath || file.name, data: file };
+    const whole = file?.path !== undefined && file.data !== undefined;
+    const { path, data } = whole ? file : { path: file?.webkitRelativePath || file?.name, data: file };
+    if (typeof path !== 'string' || !['Blob', 'File', 'Uint8Array'].includes(data?.[Symbol.toStringTag]))
+      throw new MarrowError('files must be File objects or { path, data } with a Blob or Uint8Array as data, or in node a path', 2);
+    return { path, data };
   };
-  return typeof files[Symbol.iterator] === 'function' ? [...files].map(one) : [one(files)];
+  return Array.from(typeof files?.[Symbol.iterator] === 'function' ? files : [files], one);
 }
 
 function request(files, { series, spacing, resample, volume } = {}) {
@@ -84,9 +88,9 @@ const typeNames = {
   Int32Array: 'int32', Float32Array: 'float32', Float64Array: 'float64',
 };
 
-export async function scanOf(samples, { dims, spacing, origin, direction }) {
-  const type = typeNames[samples[Symbol.toStringTag]];  // of a subclass, too
-  if (!type) throw new MarrowError(`samples of ${samples.constructor.name} are not supported: convert them to Float64Array`, 2);
+export async function scanOf(samples, { dims, spacing, origin, direction } = {}) {
+  const type = typeNames[samples?.[Symbol.toStringTag]];  // of a subclass, too
+  if (!type) throw new MarrowError(`samples of ${samples?.constructor?.name} are not supported: convert them to Float64Array`, 2);
   const geometry = checked({ dims, spacing, origin, direction }), engine = Engine.take();
   try {
     const description = await engine.call('adopt', { type, ...geometry, samples });
@@ -115,11 +119,18 @@ class Scan {
   }
 
   static engineOf(scan) {
+    const known = Object(scan) === scan && #engine in scan;
+    if (!known) throw new MarrowError('scan must be what readScan() or scanOf() resolves to', 2);
     return scan.#engine;
   }
 }
 
 // ---------------------------------------------------------------------------------------------------------- surfaces
+
+function checkCrop(crop, { dims }) {
+  if (crop && !dims.every((n, a) => 0 <= crop.first[a] && crop.first[a] <= crop.last[a] && crop.last[a] < n))
+    throw new MarrowError(`crop must be within 0,0,0 to ${dims.map((n) => n - 1)}, not from ${crop.first} to ${crop.last}`, 2);
+}
 
 export class Extractor {
   #engine;
@@ -133,14 +144,14 @@ export class Extractor {
   }
 
   static async create(scan, { closed = true, snap = 0, topology = false, normals = true, crop } = {}) {
-    const options = checked({ closed, snap, topology, normals, crop });
-    const engine = Scan.engineOf(scan);
+    const options = checked({ closed, snap, topology, normals, crop }), engine = Scan.engineOf(scan);
+    checkCrop(crop, scan);
     const { extractor } = await engine.call('createExtractor', options);
     return new Extractor(engine, extractor, scan, options);
   }
 
   async extract(isovalue, { level = 0, signal } = {}) {
-    checked({ isovalue, level });
+    checked({ isovalue, level, signal });
     const latest = `${this.#number}:${level}`;
     // A busy worker hears of nothing, but it can look at memory that it shares with the page, where there is such memory.
     const stop = signal && canShareMemory() ? new Int32Array(new SharedArrayBuffer(4)) : undefined;
@@ -179,8 +190,11 @@ export async function readLabelTable(scan, file) {
 }
 
 export async function labels(scan, { relax = 40, only, crop, table, onProgress, signal } = {}) {
+  const engine = Scan.engineOf(scan), parameters = checked({ relax, only, crop });
+  checked({ table });
+  checkCrop(crop, scan);
   // The scan's worker goes on to the end, because ending it would lose the scan.
-  const surfaces = await Scan.engineOf(scan).call('labels', checked({ relax, only, crop }), { onProgress, signal, abandon: true });
+  const surfaces = await engine.call('labels', parameters, { onProgress, signal, abandon: true });
   const known = new Map(table?.labels.map((label) => [label.label, label]));
   const sample = scan.spacing[0] * scan.spacing[1] * scan.spacing[2] * Math.abs(determinant(scan.direction));
   return surfaces.map((surface) => {
@@ -198,16 +212,19 @@ function determinant([a, b, c, d, e, f, g, h, i]) {
 // The worker makes room for whole points and triangles.
 function arraysOf(mesh) {
   for (const [name, array] of Object.entries(mesh)) {
-    if (!(array?.length % 3 === 0)) throw new MarrowError(`${name} must have three elements each, but there are ${array?.length} in all`, 2);
+    if (array?.length === undefined) throw new MarrowError(`mesh must have ${name}: give one such as extract() returns`, 2);
+    if (array.length % 3 !== 0) throw new MarrowError(`${name} must have three elements each, but there are ${array.length} in all`, 2);
   }
   return mesh;
 }
 
-const plain = ({ points, normals = new Float32Array(), triangles, name, colour }) =>
-  ({ ...arraysOf({ points, normals, triangles }), name, ...checked({ colour }) });
+function plain(mesh) {
+  const { points, normals = new Float32Array(), triangles, name, colour } = mesh ?? {};
+  return { ...arraysOf({ points, normals, triangles }), ...checked({ name, colour }) };
+}
 const named = (mesh, { name, colour }) => ({ ...mesh, ...(name !== undefined && { name }), ...(colour && { colour }) });
 
-export async function keepComponents(mesh, { largest, count, minVolume, cavities, ...work }) {
+export async function keepComponents(mesh, { largest, count, minVolume, cavities, ...work } = {}) {
   const parameters = { mesh: plain(mesh), ...checked({ largest, count, minVolume, cavities }) };
   const answer = await inWorker((engine) => engine.call('keepComponents', parameters, work));
   return { mesh: named(answer.mesh, mesh), note: '' };
@@ -226,8 +243,11 @@ export async function smooth(mesh, { iterations = 20, bound, ...work } = {}) {
 // The linear part of a matrix in columns of four, row by row.
 const rowsOf = (m) => [m[0], m[4], m[8], m[1], m[5], m[9], m[2], m[6], m[10]];
 
-export async function simplify(mesh, { keep, triangles, maxError, scan, ...work }) {
+export async function simplify(mesh, { keep, triangles, maxError, scan, ...work } = {}) {
   const parameters = { mesh: plain(mesh), ...checked({ keep, triangles, maxError }) };
+  checked({ scan });
+  if ((keep ?? triangles ?? maxError) === undefined)
+    throw new MarrowError('simplify needs keep, triangles or maxError, to know when to stop', 2);
   const { wanted, ...answer } = await inWorker((engine) => engine.call('simplify', parameters, work));
   const notes = [];
   if (maxError === undefined && wanted !== undefined && answer.mesh.triangles.length / 3 > wanted)
@@ -241,7 +261,7 @@ export async function simplify(mesh, { keep, triangles, maxError, scan, ...work 
 }
 
 // Normals play no part in these, so they are not copied to the worker.
-const bare = ({ points, triangles }) => ({ ...arraysOf({ points, triangles }), normals: new Float32Array() });
+const bare = (mesh) => ({ ...arraysOf({ points: mesh?.points, triangles: mesh?.triangles }), normals: new Float32Array() });
 
 export const measure = (mesh, work = {}) => inWorker((engine) => engine.call('measure', { mesh: bare(mesh) }, work));
 
@@ -251,7 +271,11 @@ export const check = (mesh, { minWall, ...work } = {}) =>
 export async function writeMesh(mesh, name, { space = 'LPS', ...work } = {}) {
   const meshes = (Array.isArray(mesh) ? mesh : [mesh]).map(plain);
   checked({ space });
+  if (typeof name !== 'string') throw new MarrowError(`name must be that of a file, such as 'skull.stl', not ${name}`, 2);
   if (/[/\\]/.test(name)) throw new MarrowError(`'${name}' is a path: give the name of a file`, 2);
+  if (!/.\.((stl|ply|obj)(\.gz)?|vtp|3mf|glb)$/i.test(name))
+    throw new MarrowError(`there is no mesh format for '${name}': ` +
+      'its extension must be .stl, .ply, .obj (also with .gz), .vtp, .3mf or .glb', 2);
   if (space === 'RAS' && /\.glb$/i.test(name)) throw new MarrowError('glTF has its own axes and cannot be in RAS', 2);
   const bytes = await inWorker((engine) => engine.call('write', { meshes, file: name, space }, work));
   return new Blob([bytes], { type: mediaTypeOf(name) });

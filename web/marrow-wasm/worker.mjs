@@ -77,6 +77,10 @@ async function load() {
   })]);
 }
 
+// The library names a function and options of C++ in its messages. In JSON, a string begins after a quotation mark.
+const inJavaScript = (json) => json.replace(/([" ])inspect_scan\b/g, '$1inspectScan')
+  .replace(/([" ])options\.(series|spacing|resample|volume|snap|topology)\b(?!\.)/g, '$1the option $2');
+
 let broken = false;  // whether an exception of JavaScript left C++ in the middle of its work, such as with a lock held
 
 // Calls the face. Throws a MarrowError, whose code may be kNeedsCodecs.
@@ -90,7 +94,7 @@ function run(operation, parameters = {}) {
   const code = module._marrow_call(address);
   broken = false;
   module._free(address);
-  const answer = JSON.parse(module.UTF8ToString(module._marrow_answer()));
+  const answer = JSON.parse(inJavaScript(module.UTF8ToString(module._marrow_answer())));
   if (code !== 0) throw new MarrowError(answer.message, code);
   return answer;
 }

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <new>
+#include <set>
 #include <string>
 
 #include "base/parallel.h"
@@ -42,6 +43,9 @@ const std::map<std::string, Operation> kOperations{
     {"write", write},
 };
 
+// An InputError of these may be about a file or the samples. The others look at no more than their arguments.
+const std::set<std::string> kReaders{"inspect", "read", "labelTable", "labels"};
+
 constexpr int kNeedsCodecs = -1;
 
 std::string answer;
@@ -53,6 +57,13 @@ int give(const Json& json, int code) {
 
 int fail(const std::string& message, int code) {
     return give({{"message", message}}, code);
+}
+
+int code_of(const Error& error, const std::string& operation) {
+    const int code = apps::exit_code_of(error);
+    const bool is_input = code == apps::kUnreadable && dynamic_cast<const InputError*>(&error) != nullptr;
+    if (is_input && !kReaders.contains(operation)) return apps::kUsage;
+    return code;
 }
 
 }  // namespace
@@ -75,15 +86,17 @@ EMSCRIPTEN_KEEPALIVE int marrow_call(const char* request) {
     using namespace marrow;
     using web::Json;
     web::take_need_of_codecs();
+    std::string operation;
     try {
         const Json parsed = Json::parse(request);
-        const Json result = web::kOperations.at(parsed.at("operation").get<std::string>())(parsed);
+        operation = parsed.at("operation").get<std::string>();
+        const Json result = web::kOperations.at(operation)(parsed);
         // A report may tell of files that could not be decoded.
         if (web::take_need_of_codecs()) return web::fail("needs codecs", web::kNeedsCodecs);
         return web::give(result, 0);
     } catch (const Error& error) {
         if (web::take_need_of_codecs()) return web::fail("needs codecs", web::kNeedsCodecs);
-        return web::fail(error.what(), apps::exit_code_of(error));
+        return web::fail(error.what(), web::code_of(error, operation));
     } catch (const std::bad_alloc&) {
         return web::fail("not enough memory for this input", apps::kUnreadable);
     } catch (const std::exception& error) {

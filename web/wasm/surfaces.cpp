@@ -3,6 +3,7 @@
 #include <memory>
 #include <set>
 
+#include <marrow/error.h>
 #include <marrow/isosurface.h>
 #include <marrow/label_table.h>
 #include <marrow/labels.h>
@@ -32,8 +33,10 @@ Json create_extractor(const Json& request) {
 
 // The mesh belongs to the extractor, until its next one.
 Json extract(const Json& request) {
-    return describe(extractors.at(request.at("extractor").get<int>())
-                        ->extract(request.at("isovalue").get<double>(), request.at("level").get<int>()));
+    const auto extractor = extractors.find(request.at("extractor").get<int>());
+    if (extractor == extractors.end()) throw InputError("the extractor is disposed of: create another");
+    return describe(
+        extractor->second->extract(request.at("isovalue").get<double>(), request.at("level").get<int>()));
 }
 
 Json drop_extractor(const Json& request) {

@@ -41,4 +41,4 @@ export class ProgressBanner {
 export const messageOf = (error: unknown): string => withoutOptions(error instanceof Error ? error.message : String(error));
 
 /** A message of the package without what it says about its options, which users of the page do not see. */
-export const withoutOptions = (text: string): string => text.replace(/[;:] ([^;:]*\boptions\.\w+[^;:]*|inspect_scan lists all)/g, '');
+export const withoutOptions = (text: string): string => text.replace(/[;:] ([^;:]*\bthe option \w+[^;:]*|inspectScan lists all)/g, '');
