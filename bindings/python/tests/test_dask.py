@@ -24,6 +24,7 @@ from marrow import _blocks, _marrow  # noqa: E402
 @contextlib.contextmanager
 def workers(count, folder):
     """Worker processes, which their nannies start again after a crash."""
+    others = multiprocessing.active_children()
     try:
         # A cluster gives a worker up that is not back after a quarter of a minute, which may be too little when all
         # processors are busy; then tasks would wait for ever.
@@ -39,7 +40,8 @@ def workers(count, folder):
     finally:
         # Python waits at its end for processes that were asked to end. A worker that just starts may not hear it.
         for process in multiprocessing.active_children():
-            process.kill()
+            if process not in others:
+                process.kill()
 
 
 @pytest.fixture(scope="module")

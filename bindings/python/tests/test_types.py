@@ -42,7 +42,7 @@ def found(tmp_path_factory):
 
 
 def test_the_package_and_the_examples_have_consistent_types(found):
-    assert found["errors"] == []
+    assert not found["errors"], "\n".join(found["errors"])
 
 
 def test_the_stub_of_the_native_module_names_what_it_holds(found):
