@@ -131,9 +131,9 @@ void print_table() {
         columns.push_back(
             {shape, extract_isosurface(volume, kInside / 2, {.normals = false, .closed = true})});
     }
-    fmt::print("| steps |");
+    fmt::print("| iterations |");
     for (const Column& c : columns) fmt::print(" {} |", c.shape.name);
-    fmt::print("\n| ----: |");
+    fmt::print("\n| ---------: |");
     for (std::size_t i = 0; i < columns.size(); ++i) fmt::print(" --- |");
     fmt::print("\n");
     for (const int steps : {0, 5, 10, 20, 40, 60, 100}) {

@@ -98,7 +98,7 @@ std::string trust_lines(const Surface& surface) {
     lines += fmt::format("  trust:      {:g}{} more or less move the surface by {}\n", trust.report.step,
                          unit_of(trust), percentile_text(trust.report.shifts));
     if (trust.report.shifts.capped > 0)
-        lines += fmt::format("              {} points move by more than a sample, {:.3g} mm\n",
+        lines += fmt::format("              {} points move by more than the coarsest spacing, {:.3g} mm\n",
                              trust.report.shifts.capped, trust.report.cap);
     return lines + noise_text(trust);
 }

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <unordered_map>
 #include <vector>
 
 #include <marrow/buffer.h>
@@ -83,54 +85,74 @@ Mesh copy_components(const MeshView& mesh, const Components& components, const s
     return result;
 }
 
-// What each component is directly in, where that is needed: of cavities, and of bodies if cavities are
-// filled. A component that faces inward and is in none is no cavity.
+// What components are directly in. The search takes a tree of all triangles, so it begins only if it must.
 class Nesting {
   public:
-    Nesting(const MeshView& mesh, const Components& components, bool of_bodies)
-        : around_(components.all.size(), Components::kNone) {
-        const auto faces_inward = [](const Component& c) { return c.is_cavity(); };
-        if (std::none_of(components.all.begin(), components.all.end(), faces_inward)) return;
-        const TriangleTree tree(mesh);
-        for (std::size_t c = 0; c < around_.size(); ++c) {
-            const Component& component = components.all[c];
-            if (component.is_cavity() || (of_bodies && component.closed))
-                around_[c] = component_around(component, mesh, components, tree);
+    Nesting(const MeshView& mesh, const Components& components) : mesh_(mesh), components_(components) {
+        for (const Component& c : components.all) {
+            if (c.is_cavity()) largest_cavity_ = std::max(largest_cavity_, -c.volume);
         }
-        for (std::size_t c = 0; c < around_.size(); ++c)
-            is_cavity_.push_back(components.all[c].is_cavity() && around_[c] != Components::kNone);
     }
 
-    bool is_cavity(std::uint32_t c) const { return !is_cavity_.empty() && is_cavity_[c]; }
-    std::uint32_t around(std::uint32_t c) const { return around_[c]; }
-    bool is_in_cavity(std::uint32_t c) const {
-        return around_[c] != Components::kNone && is_cavity(around_[c]);
+    // An index into the components, or kNone.
+    std::uint32_t around(std::uint32_t c) {
+        const auto [found, is_new] = around_.try_emplace(c, Components::kNone);
+        if (is_new) {
+            if (!tree_) tree_.emplace(mesh_);
+            found->second = component_around(components_.all[c], mesh_, components_, *tree_);
+        }
+        return found->second;
+    }
+
+    // What faces inward and is in nothing is no cavity.
+    bool is_cavity(std::uint32_t c) {
+        return components_.all[c].is_cavity() && around(c) != Components::kNone;
+    }
+
+    // Only a closed component can be seen to be in a cavity, which is larger.
+    bool is_in_cavity(std::uint32_t c) {
+        const Component& body = components_.all[c];
+        return body.closed && std::abs(body.volume) < largest_cavity_ && around(c) != Components::kNone &&
+               is_cavity(around(c));
     }
 
   private:
-    std::vector<std::uint32_t> around_;
-    std::vector<bool> is_cavity_;
+    const MeshView& mesh_;
+    const Components& components_;
+    double largest_cavity_ = 0;
+    std::optional<TriangleTree> tree_;
+    std::unordered_map<std::uint32_t, std::uint32_t> around_;
 };
 
-// Of the components marked in `keep`, keeps the `count` largest that are not cavities, and their cavities.
-void keep_largest(std::int64_t count, const Components& components, const Nesting& nesting,
+// Of the components marked in `keep`, keeps the `count` largest that are not cavities, and their cavities. If
+// cavities are filled, what is in them does not count.
+void keep_largest(std::int64_t count, bool with_cavities, const Components& components, Nesting& nesting,
                   std::vector<bool>& keep) {
-    std::vector<std::uint32_t> bodies, cavities;
+    std::vector<std::uint32_t> by_size, cavities;
     for (std::uint32_t c = 0; c < keep.size(); ++c) {
-        if (keep[c]) (nesting.is_cavity(c) ? cavities : bodies).push_back(c);
+        if (keep[c]) by_size.push_back(c);
     }
-    std::stable_sort(bodies.begin(), bodies.end(), [&](std::uint32_t a, std::uint32_t b) {
+    std::stable_sort(by_size.begin(), by_size.end(), [&](std::uint32_t a, std::uint32_t b) {
         return components.all[a].triangles > components.all[b].triangles;
     });
-    for (std::size_t i = static_cast<std::size_t>(count); i < bodies.size(); ++i) keep[bodies[i]] = false;
+    for (const std::uint32_t c : by_size) {
+        keep[c] = false;
+        if (count == 0 && !with_cavities) continue;
+        if (nesting.is_cavity(c)) {
+            cavities.push_back(c);
+        } else if (count > 0 && (with_cavities || !nesting.is_in_cavity(c))) {
+            keep[c] = true;
+            --count;
+        }
+    }
+    if (!with_cavities) return;
     for (const std::uint32_t c : cavities) keep[c] = keep[nesting.around(c)];
 }
 
 // Drops cavities, and what is in them.
-void fill_cavities(const Nesting& nesting, std::vector<bool>& keep) {
-    for (std::uint32_t c = 0; c < keep.size(); ++c) {
-        if (nesting.is_cavity(c) || nesting.is_in_cavity(c)) keep[c] = false;
-    }
+void fill_cavities(Nesting& nesting, std::vector<bool>& keep) {
+    for (std::uint32_t c = 0; c < keep.size(); ++c)
+        keep[c] = keep[c] && !nesting.is_cavity(c) && !nesting.is_in_cavity(c);
 }
 
 }  // namespace
@@ -150,11 +172,11 @@ Mesh keep_components(MeshView mesh, const ComponentOptions& options) {
             const bool too_small = c.closed && std::abs(c.volume) < options.min_volume;
             keep.push_back(!too_small);
         }
-        if (options.count || !options.cavities) {
-            const Nesting nesting(mesh, components, !options.cavities);
-            if (!options.cavities) fill_cavities(nesting, keep);
-            if (options.count) keep_largest(*options.count, components, nesting, keep);
-        }
+        Nesting nesting(mesh, components);
+        if (options.count)
+            keep_largest(*options.count, options.cavities, components, nesting, keep);
+        else if (!options.cavities)
+            fill_cavities(nesting, keep);
         result = copy_components(mesh, components, keep);
     });
     return result;

@@ -104,7 +104,7 @@ std::vector<double> wall_thickness(const MeshView& mesh, double min_wall, const 
         const double size = length(outward);
         if (size == 0) return;
         const Vec3d inward = (-1 / size) * outward;
-        const double least = 1e-6 * std::sqrt(size);  // nearer is another object, which touches this one here
+        const double least = 1e-6 * std::sqrt(size);  // what is nearer is another body that touches this one
         tree.for_each_hit(centroid(t), inward, min_wall, [&](double distance, std::uint32_t j) {
             const bool leaves = dot(scaled_normal(corners_of(mesh, mesh.triangles[j])), inward) > 0;
             if (j != i && leaves && distance > least && distance < min_wall)

@@ -251,6 +251,7 @@ TEST(ThinWalls, HaveNoPaddingBesideThem) {
     constexpr std::int16_t kPadding = -2000;
     for (std::int64_t z = middle[2] + 2; z < nz; ++z)
         std::fill_n(volume.samples<std::int16_t>() + z * nx * ny, nx * ny, kPadding);
+    EXPECT_FALSE(find_thin_walls(volume, kIsovalue, mesh, {.noise = 20}).samples.empty());
     const ThinWallOptions options{.noise = 20, .padding = kPadding};
     EXPECT_TRUE(find_thin_walls(volume, kIsovalue, mesh, options).samples.empty());
 }

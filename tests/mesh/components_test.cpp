@@ -122,7 +122,7 @@ TEST(KeepComponents, FillsCavitiesWithAllThatIsInThem) {
     EXPECT_NEAR(kept(all, {.cavities = false}).volume, measure(extract_isosurface(filled, 0.5)).volume, 1e-3);
 }
 
-// A dark ball in bright surroundings, whose surface is open where the volume ends.
+// Two dark balls in bright surroundings that end with the volume, so that nothing is around them.
 TEST(KeepComponents, TakesWhatFacesInwardWithoutAnythingAroundForABody) {
     const Volume volume = solid(grid(30, 12, 12), [](auto x, auto y, auto z) {
         const auto ball = [&](auto cx, auto r) {

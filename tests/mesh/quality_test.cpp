@@ -113,6 +113,14 @@ TEST(TriangleQuality, MeasuresEquilateralAndRightTriangles) {
     EXPECT_EQ(right.triangles_without_area, 0);
 }
 
+TEST(TriangleQuality, TakesTheMeanOfTheTwoInTheMiddle) {
+    Mesh two = one_triangle({0, 0, 0}, {2, 0, 0}, point(1, std::sqrt(3), 0));
+    const double right = triangle_quality(one_triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0})).median_aspect_ratio;
+    two.points.push_back({0, 2, 0});
+    two.triangles.push_back({0, 1, 3});
+    EXPECT_NEAR(triangle_quality(two).median_aspect_ratio, (1 + right) / 2, 1e-6);
+}
+
 TEST(TriangleQuality, CountsTrianglesWithoutArea) {
     Mesh mesh = one_triangle({0, 0, 0}, {1, 0, 0}, {3, 0, 0});  // angles of 0, 180 and 0 degrees
     mesh.triangles.push_back({0, 0, 1});                        // equal indices

@@ -116,7 +116,7 @@ class Printer {
 
 void print(std::ostream& out, const CheckedFile& file, double min_wall) {
     const Printer printer(out, min_wall, file.space);
-    out << file.file.string() << ": ";
+    out << printable(file.file.string()) << ": ";
     if (file.objects.size() == 1) {
         out << verdict(file.objects.front().found, min_wall) << '\n';
         printer.print(file.objects.front(), 2);

@@ -81,7 +81,7 @@ std::string level_text(const TerrainLevel& level) {
     return fmt::format(
         "{}: {} points, {} triangles; {} x {} samples, {:.4g} m apart; heights off by {:.3g} m RMS ({:.2g} "
         "of a sample)\n",
-        level.output.empty() ? "terrain" : level.output.string(), level.mesh.points.size(),
+        printable(level.output.empty() ? "terrain" : level.output.string()), level.mesh.points.size(),
         level.mesh.triangles.size(), info.samples[0], info.samples[1], info.cell[2], info.rms_error,
         info.rms_error / info.cell[2]);
 }

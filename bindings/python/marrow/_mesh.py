@@ -382,7 +382,7 @@ class Mesh:
 def as_mesh(mesh: Any) -> Mesh:
     """Return a mesh as it is, and say what to do with anything else."""
     if not isinstance(mesh, Mesh):
-        raise InputError(f"a {type(mesh).__qualname__} is not a Mesh: marrow.extract makes one, read_mesh reads one")
+        raise InputError(f"{type(mesh).__qualname__} is not Mesh: marrow.extract makes one, read_mesh reads one")
     return mesh
 
 

@@ -47,7 +47,7 @@ class TrustPercentiles:
     median, percentile_90, percentile_99 : float
         mm; half, 90 % and 99 % of the points have at most this distance.
     capped : int
-        The number of points where it is larger than one sample, and is given as one sample.
+        The number of points where it is larger than `Trust.cap`, and is given as that.
     """
 
     median: float

@@ -86,7 +86,7 @@ def test_what_is_no_mesh_no_sweep_and_no_label_entry_is_named(ball, tmp_path):
         lambda: marrow.find_thin_walls(ball, 300.5, 3),
         lambda: walls.near(3),
     ):
-        assert one_line_of(call) == "a int is not a Mesh: marrow.extract makes one, read_mesh reads one"
+        assert one_line_of(call) == "int is not Mesh: marrow.extract makes one, read_mesh reads one"
     assert "marrow.sweep" in one_line_of(lambda: marrow.find_plateaus(3, ball))
     assert "info" in one_line_of(lambda: marrow.Volume(ball, info="a head"))
     map = (ball > 300).astype("u1")

@@ -1,6 +1,8 @@
 /// Samples outside a scan's field of view.
 #pragma once
 
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <type_traits>
 
@@ -13,19 +15,23 @@ template <class T>
 class Padding {
   public:
     /// `value` is that of padding (ScanInfo::padding), if there is any.
-    Padding(const Rescale& rescale, std::optional<double> value) : rescale_(rescale), value_(value) {}
-
-    bool contains(T sample) const {
-        return value_ && static_cast<Compared>(rescale_.value(static_cast<double>(sample))) ==
-                             static_cast<Compared>(*value_);
+    Padding(const Rescale& rescale, std::optional<double> value) {
+        if (!value) return;
+        const double sample = rescale.sample(*value);
+        if constexpr (std::is_integral_v<T>) {
+            const bool is_of_type = sample == std::round(sample) &&
+                                    sample >= static_cast<double>(std::numeric_limits<T>::lowest()) &&
+                                    sample <= static_cast<double>(std::numeric_limits<T>::max());
+            if (is_of_type) sample_ = static_cast<T>(sample);
+        } else {
+            sample_ = static_cast<T>(sample);  // values that became float32 are the nearest to it
+        }
     }
 
-  private:
-    // Values that became float32 are equal to the padding if they are the nearest to it.
-    using Compared = std::conditional_t<std::is_same_v<T, float>, float, double>;
+    bool contains(T sample) const { return sample_ && sample == *sample_; }
 
-    const Rescale rescale_;
-    const std::optional<double> value_;
+  private:
+    std::optional<T> sample_;
 };
 
 }  // namespace marrow::internal

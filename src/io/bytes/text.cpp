@@ -90,12 +90,12 @@ std::string quoted(std::string_view text) {
 std::string examples(const std::vector<std::string>& items) {
     constexpr std::size_t kMost = 3, kLongest = 150;
     std::string out;
-    for (std::size_t i = 0; i < std::min(items.size(), kMost); ++i) {
-        if (i > 0 && out.size() + items[i].size() > kLongest)
-            return out + fmt::format("; and {} more", items.size() - i);
-        out += (i > 0 ? "; " : "") + items[i];
+    std::size_t shown = 0;
+    for (; shown < std::min(items.size(), kMost); ++shown) {
+        if (shown > 0 && out.size() + items[shown].size() > kLongest) break;
+        out += (shown > 0 ? "; " : "") + items[shown];
     }
-    if (items.size() > kMost) out += fmt::format("; and {} more", items.size() - kMost);
+    if (shown < items.size()) out += fmt::format("; and {} more", items.size() - shown);
     return out;
 }
 
