@@ -67,6 +67,7 @@ core:
 	$(call configure,core)
 	$(call build,core)
 
+# In /usr/local, which needs root; run `ldconfig` afterwards, so that programs find the libraries.
 install: program
 	$(call build,release)
 	cmake --install build/release

@@ -1,13 +1,21 @@
 # What the targets of Marrow have in common.
 set(MARROW_CMAKE_FOLDER ${CMAKE_INSTALL_LIBDIR}/cmake/marrow)  # where find_package(marrow) looks
 
+# The output has the same bits on every processor: the compiler must not contract to fused multiply-add. Exact predicates
+# and checks for NaN fail under -ffast-math, which a project that Marrow is part of may have; clang warns if what undoes it
+# does not come last.
+function(marrow_arithmetic target)
+  target_compile_options(${target} PRIVATE -ffp-contract=off -fno-fast-math)
+endfunction()
+
 # Language, warnings and reproducible arithmetic.
 function(marrow_target target)
   target_compile_features(${target} PUBLIC cxx_std_20)
-  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF INSTALL_RPATH $ORIGIN/../${CMAKE_INSTALL_LIBDIR})
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF
+    INSTALL_RPATH $ORIGIN  # a library finds the others beside it
+    UNITY_BUILD OFF)  # sources that Highway compiles once for each SIMD target cannot be joined
   target_compile_options(${target} PRIVATE -Wall -Wextra $<$<BOOL:${MARROW_WERROR}>:-Werror>)
-  # The output has the same bits on every processor: the compiler must not contract to fused multiply-add.
-  target_compile_options(${target} PRIVATE -ffp-contract=off)
+  marrow_arithmetic(${target})
   if(MARROW_PRECOMPILED_HEADERS)
     target_precompile_headers(${target} REUSE_FROM precompiled_headers)
   endif()
@@ -17,7 +25,7 @@ endfunction()
 if(MARROW_PRECOMPILED_HEADERS)
   add_library(precompiled_headers OBJECT ${CMAKE_CURRENT_LIST_DIR}/precompiled.cpp)
   target_compile_features(precompiled_headers PUBLIC cxx_std_20)
-  target_compile_options(precompiled_headers PRIVATE -ffp-contract=off)
+  marrow_arithmetic(precompiled_headers)
   set_target_properties(precompiled_headers PROPERTIES
     CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   target_precompile_headers(precompiled_headers PRIVATE ${CMAKE_CURRENT_LIST_DIR}/precompiled.h)
@@ -39,6 +47,11 @@ function(marrow_library name export_name)
     add_library(${name} SHARED $<TARGET_OBJECTS:${name}_objects>)
   else()
     add_library(${name} STATIC $<TARGET_OBJECTS:${name}_objects>)
+    # A shared library that holds this one does not export it, so that two with different versions of Marrow do not call
+    # each other's functions.
+    if(CMAKE_SYSTEM_NAME STREQUAL Linux)
+      target_link_options(${name} INTERFACE LINKER:--exclude-libs,$<TARGET_FILE_NAME:${name}>)
+    endif()
   endif()
   add_library(marrow::${export_name} ALIAS ${name})
   marrow_target(${name})
@@ -67,7 +80,8 @@ endfunction()
 # marrow_program(TARGET NAME COMPONENT): an executable that is called NAME and is installed with COMPONENT.
 function(marrow_program target name component)
   marrow_target(${target})
-  set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name})
+  file(RELATIVE_PATH libraries ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+  set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name} INSTALL_RPATH $ORIGIN/${libraries})
   if(MARROW_INSTALL)
     install(TARGETS ${target} COMPONENT ${component})
   endif()

@@ -5,7 +5,8 @@
 #include <marrow/marrow.h>
 
 #include <cstdio>
-#include <cstdlib>
+#include <stdexcept>
+#include <string>
 
 int main(int argc, char** argv) try {
     if (argc != 4) throw marrow::InputError("usage: example_gpu SCAN ISOVALUE DEVICE");
@@ -13,10 +14,13 @@ int main(int argc, char** argv) try {
     const auto device = marrow::gpu::choose_device(argv[3]);
     // Extractors keep the scan on the device, so keep them where there is more than one isovalue.
     marrow::gpu::FallbackExtractor extractor(scan, {.closed = true}, device);
-    const marrow::Mesh& mesh = extractor.extract(std::atof(argv[2]));
+    const marrow::Mesh& mesh = extractor.extract(std::stod(argv[2]));
     if (extractor.on_device()) std::printf("on %s: ", marrow::gpu::devices().at(*device).name.c_str());
     std::printf("surface of %zu triangles\n", mesh.triangles.size());
 } catch (const marrow::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+} catch (const std::logic_error&) {  // from std::stod
+    std::fprintf(stderr, "ISOVALUE is not a number\n");
     return 1;
 }

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <marrow/printable.h>
+
 #include "shared/library_options.h"
 #include "shared/orientation.h"
 #include "shared/sample_text.h"
@@ -62,18 +64,18 @@ std::string labels_text(const std::map<std::int64_t, std::int64_t>& labels, cons
 
 // One line, to tell a series from others.
 std::string summary(const SeriesReport& s) {
-    return series_summary(s) + (s.refusal ? ", refused: " + name_flags(*s.refusal) : "");
+    return printable(series_summary(s) + (s.refusal ? ", refused: " + name_flags(*s.refusal) : ""));
 }
 
 // With `is_only`, the reason for a refusal was already printed.
 void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, const SampleReport* samples,
                    bool is_only, bool show_patient) {
     const auto line = [&](std::string_view name, const std::string& text) {
-        if (!text.empty()) out << fmt::format("  {:<16} {}\n", name, text);
+        if (!text.empty()) out << fmt::format("  {:<16} {}\n", name, printable(text));
     };
     out << '\n';
     line("series", s.series.id);
-    line(format == ScanFormat::dicom ? "description" : "file", printable(s.series.description));
+    line(format == ScanFormat::dicom ? "description" : "file", s.series.description);
     if (show_patient) line("patient", s.patient_name);
     if (s.number) line("series number", std::to_string(*s.number));
     line("modality", s.series.modality);
@@ -120,11 +122,12 @@ void print_finding(std::ostream& out, const Finding& finding, bool show_patient)
     const std::size_t count = report.series.size();
     out << fmt::format("{}, {}, {}\n", scan_format_name(report.format), count_of(report.files, "file"),
                        count_of(count, "series"));
-    for (const std::string& warning : report.warnings) out << "warning: " << name_flags(warning) << '\n';
+    for (const std::string& warning : report.warnings)
+        out << "warning: " << printable(name_flags(warning)) << '\n';
     if (!report.chosen)
-        out << "nothing would be read: " << name_flags(report.reason) << '\n';
+        out << "nothing would be read: " << printable(name_flags(report.reason)) << '\n';
     else if (count > 1)
-        out << "the series marked * would be read: " << name_flags(report.reason) << '\n';
+        out << "the series marked * would be read: " << printable(name_flags(report.reason)) << '\n';
     for (std::size_t i = 0; count > 1 && i < count; ++i)
         out << fmt::format("{}{:>3}  {}\n", report.chosen == i ? '*' : ' ', i + 1, summary(report.series[i]));
     if (count == 1 || report.chosen)

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <marrow/printable.h>
+
 #include "json_report.h"
 #include "shared/sample_text.h"
 #include "trust_steps.h"
@@ -16,8 +18,9 @@ namespace {
 
 std::string source_of(const Surface& surface) {
     if (!surface.label) return fmt::format("at isovalue {}", value_text(surface.isovalue));
-    return fmt::format("of label {}, {}: {:.6g} mm3, {:+.1f} % of its samples", *surface.label, surface.name,
-                       surface.label_volume.enclosed_mm3, surface.label_volume.change());
+    return fmt::format("of label {}, {}: {:.6g} mm3, {:+.1f} % of its samples", *surface.label,
+                       printable(surface.name), surface.label_volume.enclosed_mm3,
+                       surface.label_volume.change());
 }
 
 }  // namespace

@@ -31,6 +31,10 @@ void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings
     add(non_finite_warning(samples), warnings);
 }
 
+void warn_of_rounding(const Geometry& geometry, std::vector<std::string>& warnings) {
+    add(rounding_warning(geometry), warnings);
+}
+
 void warn_of_large_coordinates(const std::vector<Surface>& surfaces, const Geometry& geometry,
                                std::vector<std::string>& warnings) {
     add(large_coordinates_warning(files_of(surfaces), geometry), warnings);

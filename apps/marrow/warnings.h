@@ -21,8 +21,11 @@ void warn_of_non_finite(std::int64_t samples, std::vector<std::string>& warnings
 void warn_of_coinciding_points(const std::vector<Surface>& surfaces, const std::string& remedy,
                                std::vector<std::string>& warnings);
 
-/// The same for isosurfaces. Their points coincide only where the coordinates of a scan are so large that
-/// float32 cannot separate them.
+/// Warns of coordinates that are so large for the spacing that float32 rounds the surfaces visibly.
+void warn_of_rounding(const Geometry& geometry, std::vector<std::string>& warnings);
+
+/// Both for isosurfaces. Their points coincide only where the coordinates of a scan are so large that float32
+/// cannot separate them.
 void warn_of_large_coordinates(const std::vector<Surface>& surfaces, const Geometry& geometry,
                                std::vector<std::string>& warnings);
 

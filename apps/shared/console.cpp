@@ -11,6 +11,8 @@
 #include <sys/poll.h>
 #include <unistd.h>
 
+#include <marrow/printable.h>
+
 #include "library_options.h"
 
 namespace marrow::apps {
@@ -55,18 +57,6 @@ std::string message_of(const std::exception& error) {
 }
 
 }  // namespace
-
-std::string printable(std::string_view text) {
-    std::string out;
-    for (const char c : text) {
-        const auto byte = static_cast<unsigned char>(c);
-        if (byte < 0x20 || byte == 0x7f)
-            out += fmt::format("\\x{:02x}", byte);
-        else
-            out += c;
-    }
-    return out;
-}
 
 void Console::error(std::string_view text) const {
     print_line(*this, kRed, "marrow:", text);

@@ -38,9 +38,6 @@ struct CheckFailed : Error {
     using Error::Error;
 };
 
-/// Text that stays on its line and changes nothing on a terminal: control characters are escaped.
-std::string printable(std::string_view text);
-
 /// The streams that a program prints to.
 struct Console {
     std::ostream& out;      ///< results

@@ -4,14 +4,22 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
+#include <type_traits>
 
 namespace marrow::apps {
 namespace {
 
+// Beyond the largest label, floating-point numbers leave out integers.
 template <class T>
 bool is_label(T sample) {
-    return sample >= 0 && static_cast<double>(sample) == std::floor(static_cast<double>(sample));
+    if constexpr (std::is_floating_point_v<T>) {
+        constexpr auto kLargest = static_cast<T>(std::int64_t{1} << std::numeric_limits<T>::digits);
+        return sample >= 0 && sample <= kLargest && sample == std::floor(sample);
+    } else {
+        return sample >= 0;
+    }
 }
 
 // Calls f(row) for enough rows of samples.
@@ -24,18 +32,20 @@ void for_some_rows(const Volume& volume, const F& f) {
         f(std::span<const T>(volume.samples<T>() + row * nx, static_cast<std::size_t>(nx)));
 }
 
-}  // namespace
-
 bool looks_like_label_map(const Volume& volume) {
     if (!volume.rescale().is_identity()) return false;  // labels are not rescaled
-    const bool are_labels = visit_sample_type(volume.type(), [&]<class T>(T) {
-        bool all = true;
-        for_some_rows<T>(volume, [&](std::span<const T> row) {
-            all = all && std::all_of(row.begin(), row.end(), is_label<T>);
-        });
-        return all;
+    if (!has_equal_neighbours(volume, 0)) return false;
+    // All samples count: what is a label map is read as one, and that fails at any other number.
+    return visit_sample_type(volume.type(), [&]<class T>(T) {
+        const T* const samples = volume.samples<T>();
+        return std::all_of(samples, samples + volume.geometry().sample_count(), is_label<T>);
     });
-    return are_labels && has_equal_neighbours(volume, 0);
+}
+
+}  // namespace
+
+bool is_label_map(const Volume& volume, const SeriesInfo& series) {
+    return !series.labels.empty() || (series.modality.empty() && looks_like_label_map(volume));
 }
 
 bool has_equal_neighbours(const Volume& volume, std::int64_t background) {

@@ -31,10 +31,8 @@ bool is_stl(MeshFormat format) {
     return format == MeshFormat::stl || format == MeshFormat::dicom;
 }
 
-// Points around a sample are at least a thousandth of an edge apart, which float32 separates unless the
-// coordinates are more than 2000 times as large as the spacing: up to 2048, it holds 1/8192, and three
-// roundings make a coordinate. So few scans need to be searched.
-bool has_large_coordinates(const Geometry& geometry) {
+// The largest coordinate, divided by the smallest spacing.
+double largest_coordinate_in_samples(const Geometry& geometry) {
     double largest = 0;
     for (unsigned corner = 0; corner < 8; ++corner) {
         Vec3d index{};
@@ -43,7 +41,14 @@ bool has_large_coordinates(const Geometry& geometry) {
         for (const double coordinate : geometry.physical(index))
             largest = std::max(largest, std::abs(coordinate));
     }
-    return largest > 2000 * *std::min_element(geometry.spacing.begin(), geometry.spacing.end());
+    return largest / *std::min_element(geometry.spacing.begin(), geometry.spacing.end());
+}
+
+// Points around a sample are at least a thousandth of an edge apart, which float32 separates unless the
+// coordinates are more than 2000 times as large as the spacing: up to 2048, it holds 1/8192, and three
+// roundings make a coordinate. So few scans need to be searched.
+bool may_join_points(const Geometry& geometry) {
+    return largest_coordinate_in_samples(geometry) > 2000;
 }
 
 }  // namespace
@@ -69,16 +74,28 @@ std::optional<std::string> coinciding_points_warning(const std::vector<MeshFile>
         points, files.size() > 1 ? fmt::format(" in {} of {} surfaces", affected, files.size()) : "", remedy);
 }
 
+std::optional<std::string> rounding_warning(const Geometry& geometry) {
+    constexpr double kMost = 1.0 / 128;  // of the distance between samples
+    const double rounding = std::ldexp(largest_coordinate_in_samples(geometry), -24);
+    if (rounding <= kMost) return {};
+    return fmt::format(
+        "the coordinates are so large that float32 rounds them by up to {:.2g} of the distance between "
+        "samples: move the scan closer to the origin",
+        rounding);
+}
+
 std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>& files,
                                                      const Geometry& geometry) {
-    if (!has_large_coordinates(geometry)) return {};
+    if (const auto warning = rounding_warning(geometry)) return warning;
+    if (!may_join_points(geometry)) return {};
     return coinciding_points_warning(files,
                                      "the coordinates are too large for float32; write .3mf or .ply, or move "
                                      "the scan closer to the origin");
 }
 
 std::optional<std::string> large_coordinates_warning(MeshFormat format, const Geometry& geometry) {
-    if (!is_stl(format) || !has_large_coordinates(geometry)) return {};
+    if (const auto warning = rounding_warning(geometry)) return warning;
+    if (!is_stl(format) || !may_join_points(geometry)) return {};
     return "the coordinates are so large that float32 may not keep neighbouring points apart, and readers of "
            "STL join such points: write .ply, or move the scan closer to the origin";
 }

@@ -29,7 +29,10 @@ std::optional<std::string> non_finite_warning(std::int64_t samples);
 std::optional<std::string> coinciding_points_warning(const std::vector<MeshFile>& files,
                                                      const std::string& remedy);
 
-/// The same for isosurfaces. Their points coincide only where the coordinates of a scan are so large that
+/// Warns of coordinates that are so large for the spacing that float32 rounds the surface visibly.
+std::optional<std::string> rounding_warning(const Geometry& geometry);
+
+/// Both for isosurfaces. Their points coincide only where the coordinates of a scan are so large that
 /// float32 cannot separate them.
 std::optional<std::string> large_coordinates_warning(const std::vector<MeshFile>& files,
                                                      const Geometry& geometry);

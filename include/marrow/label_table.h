@@ -20,7 +20,8 @@ struct LabelEntry {
 /// Entries by label.
 using LabelTable = std::map<std::int64_t, LabelEntry>;
 
-/// Reads a table of labels: text with one label per line. `#` starts a comment. A table may mix these forms:
+/// Reads a table of labels: text with one label per line. Lines that begin with `#` are comments. A table may
+/// mix these forms:
 ///
 /// | table                       | line                                                       |
 /// | --------------------------- | ---------------------------------------------------------- |

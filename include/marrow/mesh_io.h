@@ -59,7 +59,7 @@ using Rgb8 = std::array<std::uint8_t, 3>;
 
 /// One surface of a file.
 struct MeshObject {
-    MeshView mesh;                                     ///< borrowed
+    KeptMeshView mesh;                                 ///< borrowed
     std::string name = {};                             ///< UTF-8; invalid bytes are replaced
     std::optional<std::array<double, 3>> colour = {};  ///< red, green, blue from 0 to 1, sRGB
     std::vector<PointArray> arrays = {};  ///< for .ply and .vtp; at most 16, of the same names in all objects

@@ -70,7 +70,7 @@ struct SeriesInfo {
     std::array<std::int64_t, 3> dims{0, 0, 0};
     Vec3d spacing{0, 0, 0};  ///< mm; 0 along an axis whose spacing is unknown
     std::size_t files = 0;   ///< number of files that it is made of
-    LabelTable labels = {};  ///< of a DICOM segmentation: the names and colours of its segments
+    LabelTable labels = {};  ///< names and colours of the segments, if it is a segmentation
     /// The DICOM files that were read, in the order of their slices. inspect_scan() leaves it empty.
     std::vector<std::filesystem::path> dicom_files = {};
 };
@@ -123,8 +123,9 @@ struct ScanInfo {
 MARROW_EXPORT Volume read_scan(const std::filesystem::path& input, const ScanOptions& options = {},
                                ScanInfo* info = nullptr);
 
-/// Whether the headers say that read_scan would read a DICOM segmentation with these options, which gives
-/// label maps. options.volume is not looked at. \throw the errors of read_scan that the headers show
+/// Whether the headers say that read_scan would read a segmentation with these options, which gives label
+/// maps: of DICOM or of 3D Slicer (.seg.nrrd). options.volume is not looked at.
+/// \throw the errors of read_scan that the headers show
 MARROW_EXPORT bool is_segmentation(const std::filesystem::path& input, const ScanOptions& options = {});
 
 /// An image in a DICOM file.

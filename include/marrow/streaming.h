@@ -19,7 +19,8 @@ struct SliceSource {
     Geometry geometry;
     SampleType type = SampleType::uint8;
     /// Writes slices [z_begin, z_end) to `samples`, in the order of a VolumeView. It is called from one
-    /// thread. An exception that it throws ends the extraction.
+    /// thread. Several calls in ascending order may read a slab, so that progress is reported between them.
+    /// An exception that it throws ends the extraction.
     std::function<void(std::int64_t z_begin, std::int64_t z_end, void* samples)> read;
     /// The slices that are stored together, such as in chunks: read() is called with ranges that begin and
     /// end at multiples of it, or at the end of the volume.
@@ -55,7 +56,8 @@ struct SlabLimits {
     std::size_t memory = std::size_t{1} << 30;  ///< bytes that all arrays and `reserved` together may take
     std::optional<std::int64_t> slices = {};    ///< most slices in a slab; not set: as many as fit in memory
     /// Bytes of `memory` that are taken already, such as by the program itself. The least memory that a
-    /// LimitError states includes them.
+    /// LimitError states includes them, and 4 MiB more, since another run of the program may take a little
+    /// more.
     std::size_t reserved = 0;
 };
 
@@ -64,7 +66,8 @@ struct SlabLimits {
 ///
 /// The volume is read twice. The first reading counts, so that the sink learns the size of the surface before
 /// it gets the first part. Points, normals and triangles are byte for byte those of extract_isosurface.
-/// `options.snap` must be 0. Of `stats`, only the number of samples that are not finite is set.
+/// `options.snap` must be 0. Of `stats`, only the number of samples that are not finite is set, before
+/// sink.begin() is called.
 ///
 /// \throw InputError as extract_isosurface, or a function of the source or the sink is missing, or samples
 /// changed between the two readings, so that the surface has other points or triangles; LimitError as

@@ -229,6 +229,7 @@ struct OpenedScan {
     std::int64_t volume_count = 1;
     std::vector<std::string> volumes;  // what distinguishes them, if there are several and that is known
     std::vector<std::array<std::int64_t, 3>> levels;
+    LabelTable labels;
     std::optional<std::string> choice;  // why a volume must be chosen; the first is described then
     std::optional<std::string> damage;  // why reading fails, as far as it is known
     std::function<Volume()> load;
@@ -236,7 +237,7 @@ struct OpenedScan {
     std::function<BoxSource()> boxes;     // only of Zarr
 
     SeriesInfo series() const {
-        return {"", path.filename().string(), "", geometry.dims, geometry.spacing, files};
+        return {"", path.filename().string(), "", geometry.dims, geometry.spacing, files, labels};
     }
     ScanInfo info(ScanFormat format) const { return {format, series(), warnings, volume_count}; }
     // \throw GeometryError the volume or the spacing must be chosen
@@ -310,6 +311,7 @@ OpenedScan open_raw(const Input& input, const fs::path& path, ScanOptions option
     out.oriented = image.oriented;
     out.warnings = image.warnings;
     out.volume_count = image.volumes;
+    out.labels = image.labels;
     try {
         check_claims(image);
     } catch (const Error& error) {
@@ -403,7 +405,8 @@ bool is_segmentation(const fs::path& path, const ScanOptions& given) {
     const Input input = identify(path, given);
     const ScanOptions options = after_search(given);
     check_options(input, path, options);
-    return input.format == ScanFormat::dicom && is_dicom_segmentation({input.files, input.named}, options);
+    if (input.format == ScanFormat::dicom) return is_dicom_segmentation({input.files, input.named}, options);
+    return input.format == ScanFormat::nrrd && !open(input, path, options).labels.empty();
 }
 
 SliceSource open_slices(const fs::path& path, const ScanOptions& options, ScanInfo* info) {

@@ -128,7 +128,7 @@ Roughness average(const std::vector<PointCurvature>& points, const std::vector<d
 }  // namespace
 
 std::vector<double> mean_curvature(MeshView mesh, const CurvatureOptions& options) {
-    check_indices(mesh);
+    check_arrays(mesh);
     std::vector<PointCurvature> points;
     with_threads(options.threads,
                  [&] { points = curvatures(mesh, VertexTriangles(mesh), options.progress, 0, 1); });
@@ -140,7 +140,7 @@ std::vector<double> mean_curvature(MeshView mesh, const CurvatureOptions& option
 
 Roughness roughness(MeshView mesh, double window, const CurvatureOptions& options) {
     if (!(window > 0)) throw InputError("roughness: the window must be a positive number of mm");
-    check_indices(mesh);
+    check_arrays(mesh);
     const VertexTriangles vertex_triangles(mesh);
     std::vector<PointCurvature> points;
     std::vector<double> deviation(mesh.points.size(), 0);

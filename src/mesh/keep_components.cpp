@@ -161,7 +161,7 @@ Mesh keep_components(MeshView mesh, const ComponentOptions& options) {
     if (options.count && *options.count < 1) throw InputError("components: the count must be at least 1");
     if (!(options.min_volume >= 0))
         throw InputError("components: the smallest volume must be a number of mm^3 from 0 upwards");
-    check_indices(mesh);
+    check_arrays(mesh);
     check_coordinates(mesh.points);
     check_triangle_count(mesh, "components");
     Mesh result;

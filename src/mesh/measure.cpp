@@ -52,7 +52,7 @@ AreaAndVolume sum_area_and_volume(const MeshView& mesh) {
 }  // namespace
 
 MeshMeasures measure(MeshView mesh, const MeasureOptions& options) {
-    check_indices(mesh);
+    check_arrays(mesh);
     MeshMeasures measures;
     with_threads(options.threads, [&] {
         const OneRings rings(mesh);
@@ -62,7 +62,7 @@ MeshMeasures measure(MeshView mesh, const MeasureOptions& options) {
 }
 
 AreaAndVolume area_and_volume(MeshView mesh, const MeasureOptions& options) {
-    check_indices(mesh);
+    check_arrays(mesh);
     AreaAndVolume sums;
     with_threads(options.threads, [&] { sums = sum_area_and_volume(mesh); });
     return sums;

@@ -36,7 +36,7 @@ constexpr std::size_t kGrain = 8192;  // triangles
 void check_input(const MeshView& mesh, const CheckOptions& options) {
     if (options.min_wall && !(*options.min_wall >= 0))
         throw InputError("check: the smallest wall must be a number of mm from 0 upwards");
-    check_indices(mesh);
+    check_arrays(mesh);
     check_triangle_count(mesh, "check");
     check_coordinates(mesh.points);
 }

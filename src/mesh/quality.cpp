@@ -32,7 +32,7 @@ double aspect_ratio(const TriangleCorners& t) {
 }  // namespace
 
 TriangleQuality triangle_quality(MeshView mesh) {
-    check_indices(mesh);
+    check_arrays(mesh);
     check_coordinates(mesh.points);
     TriangleQuality quality;
     if (mesh.triangles.empty()) return quality;

@@ -195,6 +195,12 @@ void Raster::open() {
     height_unit_ = metres.value_or(1);
     if (unit.empty() && reference != nullptr && OSRIsCompound(reference))
         height_unit_ = OSRGetTargetLinearUnits(reference, "VERT_CS", nullptr);
+    if (unit.empty() && reference != nullptr && !OSRIsCompound(reference) && OSRIsProjected(reference) &&
+        std::abs(OSRGetLinearUnits(reference, nullptr) - 1) > 1e-9)
+        warnings_.push_back(fmt::format(
+            "the raster's heights state no unit and are assumed to be metres, but its coordinates are in "
+            "units of {:g} m; if the heights are in them too, multiply options.exaggerate by {:g}",
+            OSRGetLinearUnits(reference, nullptr), OSRGetLinearUnits(reference, nullptr)));
     if (!metres && !unit.empty())
         warnings_.push_back(fmt::format(
             "the raster's heights are in an unknown unit, '{}'; they are assumed to be metres", unit));
@@ -209,7 +215,8 @@ void Raster::project(const std::string& to, std::optional<double> cell) {
                                    "nan", "-novshift", "-ovr", "NONE"};
     const auto add = [&](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
     if (!to.empty()) add({"-t_srs", to});
-    // Samples are averaged if they become fewer, so that none is skipped; else interpolated.
+    // Samples are averaged if they become fewer along both axes, else interpolated: an average within one
+    // sample would make steps. GDAL's interpolation skips no sample where they become fewer along one axis.
     const auto warp = [&] {
         std::vector<char*> argv;
         for (std::string& word : words) argv.push_back(word.data());
@@ -242,7 +249,10 @@ void Raster::project(const std::string& to, std::optional<double> cell) {
             "{}: with {:g} m between samples there are {:.0f} x {:.0f} of them, but a surface has "
             "at most 2^32 - 1 points: give a larger options.cell; the raster's own is {:.4g} m",
             name_, *cell, columns, rows, own[1] * *cell / step));
-    if (step > own[1]) words.back() = "average";
+    // The spacing of the file's own samples, since a projected raster has square cells.
+    const double along_x = own[1] * GDALGetRasterXSize(dataset_) / GDALGetRasterXSize(source_.get());
+    const double along_y = -own[5] * GDALGetRasterYSize(dataset_) / GDALGetRasterYSize(source_.get());
+    if (step > std::max(along_x, along_y)) words.back() = "average";
     const std::string text = fmt::format("{:.17g}", step);
     add({"-tr", text, text});
     warp();

@@ -99,6 +99,13 @@ TEST_F(CheckCommand, ChecksTheObjectsOfAFileOneByOne) {
     EXPECT_EQ(json["crossings"][0]["objects"], (Json{0, 1}));
     EXPECT_GT(json["crossings"][0]["triangle_pairs"], 10);
 
+    write_file(
+        folder / "names.obj",
+        "o \x1b[31mred\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no \xff\nv 0 0 1\nv 1 0 1\nv 0 1 1\nf 4 5 6\n");
+    const std::string names = marrow_with({"check", folder / "names.obj"}).out;
+    EXPECT_NE(names.find("  \\x1b[31mred: "), names.npos) << names;
+    EXPECT_EQ(names.find_first_of("\x1b\xff"), names.npos) << names;
+
     write(object("left", 12, true), object("", 20, false));
     const Outcome open = marrow_with({"check", both, "--strict"});
     EXPECT_EQ(open.code, 6);

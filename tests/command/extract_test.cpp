@@ -303,6 +303,27 @@ TEST_F(CommandLine, SlabsGiveTheSameBytes) {
     EXPECT_EQ(folder.files(), written);
 }
 
+TEST_F(CommandLine, SlabsWithoutASurfaceSayTheReason) {
+    const auto refusal = [&](const std::string& isovalue, const char* more) {
+        const Outcome outcome =
+            extract({"-o", folder / "a.stl", "--isovalue", isovalue, "--max-memory", "500MB", more});
+        EXPECT_EQ(outcome.code, 5);
+        return outcome.err;
+    };
+    const auto says = [](const std::string& text, const std::string& part) {
+        EXPECT_NE(text.find(part), text.npos) << text;
+    };
+    says(refusal("1001", "-v"), "no surface at isovalue 1001: all finite samples are on one side of it");
+    write_nrrd(scan, 6, 5, 1, [](int x, int, int) { return x % 2 == 0 ? 0 : 9; });
+    says(refusal("0.5", "--open"), "an open surface needs at least 2 samples along each axis");
+    write_file(scan,
+               "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 1\nendian: little\n"
+               "encoding: raw\n\n" +
+                   std::string(32, '\xff'));
+    says(refusal("0.5", "-v"), "no finite sample");
+    EXPECT_EQ(folder.files(), Names{"ball.nrrd"});
+}
+
 TEST_F(CommandLine, FiltersTheScanInItsSpace) {
     // The scan is at (10, 20, 30) with samples 1 x 1 x 2 mm apart.
     const Json whole = extract_json({"-o", mesh, "--isovalue", "0"});
@@ -572,7 +593,7 @@ void set_field(const std::filesystem::path& file, const std::string& name, const
 
 // A file of STL has no list of points: where float32 cannot separate them, its readers join them.
 TEST_F(CommandLine, WarnsWhereCoordinatesAreTooLargeForStl) {
-    set_field(scan, "space origin: ", "(1e7,0,0)");
+    set_field(scan, "space origin: ", "(1e5,0,0)");
     const auto warns = [&](const std::string& name, const std::vector<std::string>& more) {
         std::vector<std::string> arguments{"-o", folder / name, "--isovalue", "0"};
         arguments.insert(arguments.end(), more.begin(), more.end());
@@ -584,6 +605,21 @@ TEST_F(CommandLine, WarnsWhereCoordinatesAreTooLargeForStl) {
     EXPECT_TRUE(warns("a.stl", {"--max-memory", "1G"}));
     EXPECT_FALSE(warns("a.ply", {}));
     EXPECT_FALSE(warns("a.ply", {"--max-memory", "1G"}));
+}
+
+TEST_F(CommandLine, WarnsWhereFloatRoundsTheSurface) {
+    set_field(scan, "space origin: ", "(1e7,0,0)");
+    const auto warns = [&](const std::string& name, const std::vector<std::string>& more) {
+        std::vector<std::string> arguments{"-o", folder / name};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = extract(arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return outcome.err.find("float32 rounds them by up to 0.6 of") != outcome.err.npos;
+    };
+    for (const char* const name : {"a.stl", "a.ply", "a.3mf"})
+        EXPECT_TRUE(warns(name, {"--isovalue", "0"})) << name;
+    EXPECT_TRUE(warns("a.ply", {"--isovalue", "0", "--max-memory", "1G"}));
+    EXPECT_TRUE(warns("a.ply", {"--labels", "--only", "1000"}));
 }
 
 TEST_F(CommandLine, RefusesAGeometryWithTheFilesName) {

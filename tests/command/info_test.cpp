@@ -1,4 +1,7 @@
 // `marrow info` on the command line.
+#include <cmath>
+#include <fstream>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -218,6 +221,40 @@ TEST(Info, ListsTheLabelsOfALabelMap) {
     ASSERT_EQ(labels.size(), 2u);
     EXPECT_EQ(labels[0]["label"], 3);
     EXPECT_EQ(labels[1]["samples"], 15 * 10 * 20);
+}
+
+// They would be refused as label maps.
+TEST(Info, CallsNoVolumeALabelMapThatHasOtherNumbersToo) {
+    TemporaryFolder folder;
+    const std::string file = folder / "map.nrrd";
+    const auto has_labels = [&](double one_sample) {
+        std::vector<float> samples(200 * 200 * 210);
+        for (std::size_t i = 0; i < samples.size(); ++i) samples[i] = i % 200 < 100 ? 1 : 2;
+        samples[200 * 201 + 7] = static_cast<float>(one_sample);
+        std::ofstream out(file, std::ios::binary);
+        out << "NRRD0004\ntype: float\ndimension: 3\nsizes: 200 200 210\nencoding: raw\nendian: little\n"
+               "spacings: 1 1 1\n\n";
+        out.write(reinterpret_cast<const char*>(samples.data()),
+                  static_cast<std::streamsize>(samples.size() * sizeof(float)));
+        out.close();
+        return !info({file})["values"]["labels"].empty();
+    };
+    EXPECT_TRUE(has_labels(3));
+    for (const double other : {0.5, 16777218.0, HUGE_VAL, std::nan("")})
+        EXPECT_FALSE(has_labels(other)) << other;
+}
+
+TEST(Info, EscapesWhatCouldChangeATerminal) {
+    TemporaryFolder folder;
+    write_series(folder, 3, "s", [](DicomWriter& s, int) {
+        s.text(0x00080005, "CS", "ISO_IR 192");
+        s.text(0x0008103e, "LO", "\xc2\x9b!");
+        s.text(0x00181210, "SH", "\xc2\x9b");
+        s.text(0x00100010, "PN", "\xc2\x9bpatient ");
+    });
+    const Outcome outcome = marrow_with({"info", folder.path(), "--show-patient"});
+    EXPECT_NE(outcome.out.find("\\xc2\\x9bpatient"), outcome.out.npos) << outcome.out;
+    EXPECT_EQ(outcome.out.find('\x9b'), outcome.out.npos) << outcome.out;
 }
 
 TEST(Info, NamesAMosaic) {

@@ -64,6 +64,12 @@ TEST(Segmentation, BecomesOneFileOfItsSegments) {
     EXPECT_EQ(surfaces[1]["name"], "left kidney");
     EXPECT_EQ(surfaces[1]["samples"], 8);
     EXPECT_EQ(marrow_with({folder / "seg.dcm", "-o", folder / "one.stl", "--only", "left kidney"}).code, 0);
+    // A table takes the place of what it has.
+    write_file(folder / "table", "1 \"spleen\x1b\"\n");
+    const Outcome named =
+        marrow_with({folder / "seg.dcm", "--labels", folder / "table", "-o", folder / "named.glb"});
+    EXPECT_NE(named.out.find("of label 1, spleen\\x1b: "), named.out.npos) << named.out;
+    EXPECT_NE(named.out.find("of label 2, left kidney: "), named.out.npos) << named.out;
     const std::string of_folder = folder / "of_folder.glb";
     ASSERT_EQ(marrow_with({folder.path(), "-o", of_folder, "--relax", "0"}).code, 0);
     EXPECT_EQ(read_file(of_folder), read_file(folder / "parts.glb"));
@@ -88,8 +94,25 @@ TEST(Segmentation, BecomesOneFileOfItsSegments) {
     EXPECT_NE(open_choice.err.find("there are 2 series"), open_choice.err.npos) << open_choice.err;
     EXPECT_EQ(marrow_with({folder / "seg.dcm", "-o", folder / "b.stl", "--volume", "2"}).code, 2);
     EXPECT_NE(marrow_with({folder / "seg.dcm", "-o", folder / "b.stl", "--snap", "0.3"})
-                  .err.find("--snap does not go with --labels or a DICOM segmentation"),
+                  .err.find("--snap does not go with --labels or a segmentation"),
               std::string::npos);
+}
+
+TEST_F(LabelMap, Of3DSlicerNeedsNoOptionAndHasNames) {
+    std::string file = read_file(map);
+    file.insert(
+        file.find("\n\n") + 1,
+        "Segment0_LabelValue:=7\nSegment0_Name:=left kidney\nSegment1_LabelValue:=3\nSegment1_Name:=liver\n");
+    write_file(folder / "map.seg.nrrd", file);
+    const Outcome outcome = marrow_with({folder / "map.seg.nrrd", "-o", folder / "all.glb", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json surfaces = Json::parse(outcome.out)["surfaces"];
+    ASSERT_EQ(surfaces.size(), 3u);
+    EXPECT_EQ(surfaces[0]["name"], "liver");
+    EXPECT_EQ(surfaces[1]["name"], "left kidney");
+    EXPECT_EQ(surfaces[2]["name"], "label-12");
+    const Outcome info = marrow_with({"info", folder / "map.seg.nrrd"});
+    EXPECT_NE(info.out.find("7 left kidney ("), info.out.npos) << info.out;
 }
 
 TEST_F(LabelMap, BecomesAFileForEachLabel) {

@@ -165,17 +165,94 @@ std::string refusal(const SliceSource& source, std::size_t memory, std::size_t r
     return "";
 }
 
-// Where pages begin to be huge, which takes more memory.
+// Where pages begin to be huge, which takes more memory. The stated minimum leaves room for another run that
+// has reserved a few MiB more.
 TEST(Streaming, MoreMemoryIsNeverRefusedAndTheStatedMinimumSuffices) {
     const SliceSource source = almost_empty(2048, 2048, 8);
     for (const std::size_t reserved : {275u, 285u, 290u, 295u}) {
         const std::string text = refusal(source, 10, reserved);
         const std::size_t least = std::stoul(text.substr(text.find_first_of("0123456789")));
-        EXPECT_NE(refusal(source, least - 1, reserved), "") << reserved;
+        EXPECT_NE(refusal(source, least - 5, reserved), "") << reserved;
+        EXPECT_EQ(refusal(source, least, reserved + 3), "") << reserved;
         for (const std::size_t memory : {least, least + 1, std::max<std::size_t>(least, 319),
                                          std::max<std::size_t>(least, 320), least + 19, least + 40})
             EXPECT_EQ(refusal(source, memory, reserved), "") << reserved << ' ' << memory;
     }
+}
+
+// The arrays would be larger than any machine's memory.
+TEST(Streaming, RefusesALimitBeforeItMakesArrays) {
+    SliceSource source = almost_empty(1, 1 << 20, 1 << 20);
+    source.read = [](auto, auto, auto) { FAIL() << "the arrays are there"; };
+    const std::string text = refusal(source, 1024, 0);
+    EXPECT_EQ(text.find("limits.memory must be at least"), 0u) << text;
+}
+
+// A slice has 4 MiB, and all of them are one slab.
+TEST(Streaming, ReadsALargeSlabInPiecesAndStopsBetweenThem) {
+    for (const std::int64_t together : {1, 3, 20}) {
+        SliceSource source = almost_empty(2048, 2048, 40);
+        source.slices_at_once = together;
+        std::int64_t read = 0;
+        source.read = [&, read_slices = source.read](std::int64_t begin, std::int64_t end, void* samples) {
+            EXPECT_LE(end - begin, std::max<std::int64_t>(together, 16));
+            EXPECT_TRUE(end == 40 || end % together == 0) << end;
+            read += end - begin;
+            read_slices(begin, end, samples);
+        };
+        const SurfaceSink sink{[](auto, auto, auto) {}, [](const SurfacePart&) {}};
+        const auto read_until_cancelled_after = [&](std::int64_t slices) {
+            read = 0;
+            EXPECT_THROW(extract_isosurface_in_slabs(
+                             source, 50, sink, {.memory = std::size_t{2} << 30},
+                             {.closed = true, .progress = [&](double) { return read < slices; }}),
+                         Cancelled);
+            return read;
+        };
+        EXPECT_LE(read_until_cancelled_after(1), std::max<std::int64_t>(together, 16));
+        EXPECT_LE(read_until_cancelled_after(41), 40 + std::max<std::int64_t>(together, 16))
+            << "second reading";
+    }
+}
+
+// The volume is read as one piece, and is one slab.
+TEST(Streaming, ReportsProgressWhileItWorksOnASlab) {
+    const Volume volume = blobs<std::int16_t>(41);
+    for (const bool topology : {false, true}) {
+        SliceSource source = source_of(volume);
+        std::vector<int> reports;  // after each reading
+        source.read = [&, read_slices = source.read](std::int64_t begin, std::int64_t end, void* samples) {
+            reports.push_back(0);
+            read_slices(begin, end, samples);
+        };
+        const SurfaceSink sink{[](auto, auto, auto) {}, [&](const SurfacePart&) { reports.push_back(0); }};
+        double last = 0;
+        const auto progress = [&](double fraction) {
+            EXPECT_GE(fraction, last);
+            last = fraction;
+            ++reports.back();
+            return true;
+        };
+        extract_isosurface_in_slabs(source, 63, sink, {}, {.topology = topology, .progress = progress});
+        ASSERT_EQ(reports.size(), 3u);
+        EXPECT_GE(reports[0], 1 + 2 * 41) << "each slice is classified, and counted";
+        EXPECT_GE(reports[1], 1 + 41 * (topology ? 2 : 1) + 2 * 4)
+            << "each slice is classified, and shares are emitted";
+        EXPECT_EQ(last, 1);
+    }
+}
+
+TEST(Streaming, TheSinkMayAskHowManySamplesAreNotFinite) {
+    Volume volume = blobs<float>(20);
+    for (const std::size_t at : {5u, 777u, 60'000u})
+        volume.samples<float>()[at] = std::numeric_limits<float>::quiet_NaN();
+    IsosurfaceStats stats;
+    std::int64_t at_begin = 0;
+    const SurfaceSink sink{[&](auto, auto, auto) { at_begin = stats.non_finite_samples; },
+                           [](const SurfacePart&) {}};
+    extract_isosurface_in_slabs(source_of(volume), 63, sink, {.slices = 3}, {}, &stats);
+    EXPECT_EQ(at_begin, 3);
+    EXPECT_EQ(stats.non_finite_samples, 3);
 }
 
 // All of the samples, or a single one.

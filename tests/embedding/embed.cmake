@@ -1,6 +1,6 @@
 # Builds and runs a small program that uses Marrow in one of three ways.
 # Given: WAY (subdirectory, FetchContent or installed), SHARED (ON or OFF), MARROW (its source folder), BUILD (its build
-# folder), WORK (a folder to use), GENERATOR, CXX, CXX_FLAGS, RELEASE_FLAGS (those that BUILD has for Release).
+# folder), WORK (a folder to use), GENERATOR, CXX, CXX_FLAGS, RELEASE_FLAGS (those that BUILD has for Release), NM.
 function(must_run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
   if(NOT result EQUAL 0)
@@ -22,10 +22,12 @@ file(REMOVE_RECURSE ${WORK} ${WORK}-marrow)
 
 if(NOT WAY STREQUAL "installed")
   must_run(${CMAKE_COMMAND} -S ${here}/core -B ${WORK} ${compiler} -D WAY=${WAY} -D MARROW=${MARROW} -D MARROW_SHARED=${SHARED})
-  if(SHARED)  # static libraries are built for the installed way, and FetchContent adds a subdirectory
-    must_run(${CMAKE_COMMAND} --build ${WORK} --target app)
-    must_run(${WORK}/app)
+  set(program app)
+  if(NOT SHARED)  # static libraries are built for the installed way, and FetchContent adds a subdirectory
+    set(program exact)
   endif()
+  must_run(${CMAKE_COMMAND} --build ${WORK} --target ${program})
+  must_run(${WORK}/${program})
   return()
 endif()
 
@@ -41,6 +43,21 @@ must_run(${CMAKE_COMMAND} -S ${here}/installed -B ${WORK}/app ${compiler} -D CMA
 must_run(${CMAKE_COMMAND} --build ${WORK}/app)
 if(SHARED)
   must_run(${WORK}/prefix/bin/marrow --version)
+  # The libraries find each other in any folder, such as lib/x86_64-linux-gnu.
+  file(GLOB libraries ${WORK}/prefix/lib/libmarrow*)
+  file(COPY ${libraries} DESTINATION ${WORK}/moved)
+  execute_process(COMMAND ldd ${WORK}/moved/libmarrow.so OUTPUT_VARIABLE found COMMAND_ERROR_IS_FATAL ANY)
+  if(found MATCHES "libmarrow[^\n]*not found")
+    message(FATAL_ERROR "libmarrow.so does not find a library beside it:\n${found}")
+  endif()
+else()
+  # A plugin that holds Marrow exports nothing of it but, as they are thrown out of it, its exceptions.
+  execute_process(COMMAND ${NM} --dynamic --defined-only --demangle ${WORK}/app/libplugin.so OUTPUT_VARIABLE symbols
+    COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX REPLACE "[^\n]*marrow::([A-Za-z]*Error|Cancelled)[^\n]*" "" others "${symbols}")
+  if(others MATCHES "marrow::")
+    message(FATAL_ERROR "a plugin exports the static Marrow that it holds:\n${symbols}")
+  endif()
 endif()
 
 # A scan of 3 x 3 x 3 samples, of which the middle one is inside.

@@ -1,9 +1,13 @@
 // AtomicFile: files appear complete or not at all.
 #include <csignal>
+#include <cstdint>
 
+#include <grp.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
 #include <marrow/atomic_file.h>
@@ -72,29 +76,112 @@ TEST(AtomicFile, FollowsLinksToAFileThatDoesNotExistYet) {
     EXPECT_EQ(folder.files(), (Names{"again", "loop", "lost", "there"}));
 }
 
-TEST(AtomicFile, NeedsNoPermissionToListTheFolder) {
-    const TemporaryFolder folder;
-    std::filesystem::permissions(folder.path(), static_cast<std::filesystem::perms>(0333));
+enum class Outcome { done, failed, no_such_user };
+
+// Replaces a file as a user who is not root and, unless the tests run as one, in no group of theirs.
+Outcome replace_as_other_user(const std::filesystem::path& file) {
     const pid_t child = fork();
     if (child == 0) {
-        if (geteuid() == 0 && setuid(65534) != 0) _exit(77);  // root may list any folder
-        if (access(folder.path().c_str(), X_OK) != 0) _exit(77);
+        if (geteuid() == 0 && (setgroups(0, nullptr) != 0 || setgid(65534) != 0 || setuid(65534) != 0))
+            _exit(77);
+        if (access(file.parent_path().c_str(), X_OK) != 0) _exit(77);
         try {
-            AtomicFile file(folder / "a");
-            file.write("new");
-            file.commit();
+            AtomicFile out(file);
+            out.write("new");
+            out.commit();
         } catch (const std::exception&) {
             _exit(1);
         }
         _exit(0);
     }
     int status = -1;
-    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status));
+    return WEXITSTATUS(status) == 77  ? Outcome::no_such_user
+           : WEXITSTATUS(status) == 0 ? Outcome::done
+                                      : Outcome::failed;
+}
+
+constexpr auto kAnyoneMayCreateFiles = static_cast<std::filesystem::perms>(0777);
+
+unsigned mode_of(const std::filesystem::path& file) {
+    return static_cast<unsigned>(std::filesystem::status(file).permissions());
+}
+
+TEST(AtomicFile, NeedsNoPermissionToListTheFolder) {
+    const TemporaryFolder folder;
+    std::filesystem::permissions(folder.path(), static_cast<std::filesystem::perms>(0333));
+    const Outcome outcome = replace_as_other_user(folder / "a");
     std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_all);
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 77)
-        GTEST_SKIP() << "there is no other user who may enter";
-    EXPECT_EQ(status, 0);
+    if (outcome == Outcome::no_such_user) GTEST_SKIP() << "there is no other user who may enter";
+    EXPECT_EQ(outcome, Outcome::done);
     EXPECT_EQ(read_file(folder / "a"), "new");
+}
+
+TEST(AtomicFile, RefusesToReplaceAFileThatIsWriteProtected) {
+    const TemporaryFolder folder;
+    std::filesystem::permissions(folder.path(), kAnyoneMayCreateFiles);
+    write_file(folder / "a", "old");
+    std::filesystem::permissions(folder / "a", static_cast<std::filesystem::perms>(0444));
+    const Outcome outcome = replace_as_other_user(folder / "a");
+    if (outcome == Outcome::no_such_user) GTEST_SKIP() << "there is no other user who may enter";
+    EXPECT_EQ(outcome, Outcome::failed);
+    EXPECT_EQ(read_file(folder / "a"), "old");
+    EXPECT_EQ(folder.files(), Names{"a"});
+}
+
+TEST(AtomicFile, LetsNoOtherGroupReadTheFileThanBefore) {
+    if (geteuid() != 0) GTEST_SKIP() << "only root may give files to any group";
+    const TemporaryFolder folder;
+    std::filesystem::permissions(folder.path(), kAnyoneMayCreateFiles);
+    const auto write_for_group = [&](unsigned mode) {
+        write_file(folder / "a", "old");
+        ASSERT_EQ(chown((folder / "a").c_str(), 0, 4242), 0);
+        std::filesystem::permissions(folder / "a", static_cast<std::filesystem::perms>(mode));
+    };
+    const auto group = [&] {
+        struct stat found {};
+        EXPECT_EQ(stat((folder / "a").c_str(), &found), 0);
+        return found.st_gid;
+    };
+    write_for_group(0640);
+    AtomicFile(folder / "a").commit();
+    EXPECT_EQ(group(), 4242u);
+    EXPECT_EQ(mode_of(folder / "a"), 0640u);
+
+    write_for_group(0666);
+    const Outcome outcome = replace_as_other_user(folder / "a");
+    if (outcome == Outcome::no_such_user) GTEST_SKIP() << "there is no other user who may enter";
+    EXPECT_EQ(outcome, Outcome::done);
+    EXPECT_NE(group(), 4242u);
+    EXPECT_EQ(mode_of(folder / "a"), 0606u);
+}
+
+TEST(AtomicFile, KeepsTheAccessControlListOfTheFileThatItReplaces) {
+    const TemporaryFolder folder;
+    write_file(folder / "a", "old");
+    // Version 2: kind, rights, user or group. The owner and user 1234 may read and write, all others nothing.
+    struct Entry {
+        std::uint16_t kind, rights;
+        std::uint32_t id;
+    };
+    const struct {
+        std::uint32_t version = 2;
+        Entry entries[5] = {{1, 6, ~0u}, {2, 6, 1234}, {4, 0, ~0u}, {16, 6, ~0u}, {32, 0, ~0u}};
+    } list;
+    constexpr const char* kName = "system.posix_acl_access";
+    if (setxattr((folder / "a").c_str(), kName, &list, sizeof list, 0) != 0)
+        GTEST_SKIP() << "the file system has no access control lists";
+    const auto list_of = [](const std::filesystem::path& file) {
+        std::string found(1000, '\0');
+        const ssize_t size = getxattr(file.c_str(), kName, found.data(), found.size());
+        found.resize(size < 0 ? 0 : static_cast<std::size_t>(size));
+        return found;
+    };
+    const std::string before = list_of(folder / "a");
+    ASSERT_FALSE(before.empty());
+    AtomicFile(folder / "a").commit();
+    EXPECT_EQ(list_of(folder / "a"), before);
 }
 
 TEST(AtomicFile, GivesThePermissionsOfANewFile) {

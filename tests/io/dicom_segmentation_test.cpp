@@ -38,6 +38,27 @@ TEST(DicomSegmentation, BinarySegmentsAreLabelsWithNamesAndColours) {
     EXPECT_TRUE(report.chosen);
 }
 
+TEST(DicomSegmentation, WarnsOfSlicesThatMayBeMissing) {
+    TemporaryFolder folder;
+    const auto warning = [&](const std::vector<double>& at, const std::string& between,
+                             const std::string& thickness, double spacing) {
+        std::vector<SegmentFrame> frames;
+        for (const double z : at) frames.push_back({1, z, {1, 1, 1, 0, 0, 0}});
+        segmentation(frames, "BINARY", between, thickness).write(folder / "seg.dcm");
+        ScanInfo info;
+        EXPECT_NEAR(read_scan(folder / "seg.dcm", {}, &info).geometry().spacing[2], spacing, 1e-9);
+        EXPECT_LE(info.warnings.size(), 1u);
+        return info.warnings.empty() ? "" : info.warnings.front();
+    };
+    contains(warning({0, 8, 16}, "", "2", 8), "slices between them may be missing");
+    contains(warning({0, 2, 4}, "1", "1", 1), "the slices between them are empty");
+    EXPECT_EQ(warning({0, 2, 4}, "", "2", 2), "");
+    EXPECT_EQ(warning({0, 2, 4}, "", "1.5", 2), "") << "thinner than the distance, which is common";
+    EXPECT_EQ(warning({0, 2, 4}, "", "", 2), "");
+    EXPECT_EQ(warning({0, 2, 8}, "2", "1", 2), "") << "some frames are beside each other";
+    EXPECT_EQ(warning({0}, "2", "1", 2), "");
+}
+
 TEST(DicomSegmentation, SegmentsThatOverlapAreSeveralMaps) {
     TemporaryFolder folder;
     segmentation({{1, 0, {1, 1, 0, 0, 0, 0}}, {2, 0, {0, 1, 1, 0, 0, 0}}, {3, 0, {0, 0, 0, 0, 1, 1}}},

@@ -94,6 +94,14 @@ TEST(LabelTable, RefusesNumbersThatMayBelongToTheNameOrTheColour) {
     EXPECT_EQ(quoted.at(2).colour, (Colour{1, 0, 0}));
 }
 
+TEST(LabelTable, NamesCanContainTheSignOfComments) {
+    const LabelTable table = table_of("  # comment\n1,Lesion #1,255,0,0\n#2 none\n2 #2\n");
+    ASSERT_EQ(table.size(), 2u);
+    EXPECT_EQ(table.at(1).name, "Lesion #1");
+    EXPECT_EQ(table.at(1).colour, (Colour{1, 0, 0}));
+    EXPECT_EQ(table.at(2).name, "#2");
+}
+
 TEST(LabelTable, KeepsEmptyNames) {
     const LabelTable table = table_of("1,,255,0,0\n2,liver,,\n");
     EXPECT_EQ(table.at(1).name, "");

@@ -104,6 +104,39 @@ TEST(ReadNrrd, KeysMayHaveColons) {
               samples());
 }
 
+TEST(ReadNrrd, HasTheNamesAndColoursOfSegments) {
+    TemporaryFolder folder;
+    const std::string keys =
+        "Segment1_Name:=left: kidney\r\nSegment1_LabelValue:=7\r\nSegment1_Color:=1 0.5 0\r\n"
+        "Segment0_LabelValue:=2\nSegment0_Color:=1 2 3\nSegment0_ID:=x\nSegment2_LabelValue:=none\n";
+    const std::string space = "space: left-posterior-superior\n";
+    const fs::path map =
+        write_file(folder / "n.seg.nrrd", nrrd(space + "space directions: (1,0,0) (0,1,0) (0,0,1)\n" + keys) +
+                                              "\n" + bytes_of(samples()));
+    ScanInfo info;
+    read_scan(map, {}, &info);
+    ASSERT_EQ(info.series.labels.size(), 2u);
+    EXPECT_EQ(info.series.labels.at(7).name, "left: kidney");
+    EXPECT_EQ(info.series.labels.at(7).colour, (std::array<double, 3>{1, 0.5, 0}));
+    EXPECT_EQ(info.series.labels.at(2).name, "");
+    EXPECT_FALSE(info.series.labels.at(2).colour);
+    EXPECT_TRUE(is_segmentation(map));
+    EXPECT_FALSE(is_segmentation(write_file(
+        folder / "n.nrrd",
+        nrrd(space + "space directions: (1,0,0) (0,1,0) (0,0,1)\n") + "\n" + bytes_of(samples()))));
+
+    std::string layers = nrrd(
+        space + "space directions: none (1,0,0) (0,1,0) (0,0,1)\nkinds: list domain domain domain\n" + keys);
+    const auto set = [&](const std::string& from, const std::string& to) {
+        ASSERT_NE(layers.find(from), layers.npos);
+        layers.replace(layers.find(from), from.size(), to);
+    };
+    set("dimension: 3", "dimension: 4");
+    set("sizes: ", "sizes: 2 ");
+    contains(refusal<InputError>(write_file(folder / "layers.seg.nrrd", layers + "\n" + bytes_of(samples()))),
+             "segments that overlap, in 2 layers");
+}
+
 TEST(ReadNrrd, LeftHandedSpaceIsNotMirrored) {
     TemporaryFolder folder;
     ScanInfo info;

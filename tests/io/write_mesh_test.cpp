@@ -4,6 +4,7 @@
 #include <cstring>
 #include <ostream>
 #include <stdexcept>
+#include <type_traits>
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -466,6 +467,12 @@ TEST(SurfaceWriter, DoesNotCallProgress) {
         EXPECT_EQ(calls, 0) << name;
         EXPECT_EQ(read_mesh(folder / name).triangles.size(), mesh.triangles.size()) << name;
     }
+}
+
+TEST(WriteMeshes, DoesNotCompileWithTemporaryMeshes) {
+    EXPECT_TRUE((std::is_constructible_v<KeptMeshView, const Mesh&>));
+    EXPECT_TRUE((std::is_constructible_v<KeptMeshView, MeshView>));
+    EXPECT_FALSE((std::is_constructible_v<decltype(MeshObject::mesh), Mesh&&>)) << "it would be freed";
 }
 
 // A label map may have more labels than a process may have open files.

@@ -264,6 +264,9 @@ TEST(KeepComponents, RejectsInvalidInput) {
     Mesh broken;
     broken.triangles = {{0, 1, 2}};
     EXPECT_THROW(keep_components(broken, {}), InputError);
+    Mesh half_lit = balls(5, 7);
+    half_lit.normals.resize(1);
+    EXPECT_THROW(keep_components(half_lit, {}), InputError);
     EXPECT_THROW(keep_components({}, {.count = 0}), InputError);
     EXPECT_THROW(keep_components({}, {.count = -1}), InputError);
     EXPECT_THROW(keep_components({}, {.min_volume = std::nan("")}), InputError);

@@ -32,7 +32,8 @@ inline std::string segment_item(int number, const std::string& label, const std:
 }
 
 // A segmentation of 3 x 2 samples a frame, with slices of 0.25 mm.
-inline DicomWriter segmentation(const std::vector<SegmentFrame>& frames, const std::string& type) {
+inline DicomWriter segmentation(const std::vector<SegmentFrame>& frames, const std::string& type,
+                                const std::string& between = "0.25", const std::string& thickness = {}) {
     DicomWriter out;
     for (const std::uint32_t tag : {0x00200032u, 0x00200037u, 0x00280030u, 0x00281052u, 0x00281053u})
         out.elements.erase(tag);
@@ -55,10 +56,13 @@ inline DicomWriter segmentation(const std::vector<SegmentFrame>& frames, const s
             bytes += static_cast<char>(sample);
         }
     }
+    std::string measures;
+    if (!thickness.empty()) measures += text_of(0x00180050, "DS", thickness);
+    if (!between.empty()) measures += text_of(0x00180088, "DS", between);
+    measures += text_of(0x00280030, "DS", "3\\4");
     out.elements[0x52009229] = {
         "SQ", DicomWriter::item(sequence_of(0x00209116, text_of(0x00200037, "DS", "1\\0\\0\\0\\1\\0")) +
-                                sequence_of(0x00289110, text_of(0x00280030, "DS", "3\\4") +
-                                                            text_of(0x00180088, "DS", "0.25")))};
+                                sequence_of(0x00289110, measures))};
     out.elements[0x52009230] = {"SQ", items};
     out.pixels<std::uint8_t>(columns, rows, {});
     out.pixel_format(8, 8, false);

@@ -44,6 +44,7 @@ class ViewerTest : public ::testing::Test {
     void SetUp() override {
         if (!std::getenv("DISPLAY")) GTEST_SKIP() << "no display";
         application();
+        QSettings().clear();  // those of other tests
         window = std::make_unique<viewer::MainWindow>();
         window->resize(1200, 800);
         window->show();

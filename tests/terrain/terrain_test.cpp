@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <optional>
 
 #include <marrow/error.h>
 #include <marrow/isosurface.h>
@@ -28,10 +29,11 @@ namespace fs = std::filesystem;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// A GeoTIFF of height(column from the west, row from the south), by default in UTM 33 N, with pixels of
-/// `cell` metres.
+/// `cell` metres, or `cell` from west to east and `cell_north` from south to north.
 struct RasterFile {
     int columns = 0, rows = 0;
     double cell = 10;
+    std::optional<double> cell_north = {};
     int epsg = 32633;       ///< 0: no coordinate system
     int vertical_epsg = 0;  ///< 0: no vertical coordinate system
     double west = 500000, north = 5000000;
@@ -43,8 +45,9 @@ struct RasterFile {
         GDALAllRegister();
         GDALDatasetH file =
             GDALCreate(GDALGetDriverByName("GTiff"), path.c_str(), columns, rows, 1, GDT_Float64, nullptr);
-        double transform[6] = {west, cell, 0, north, 0, -cell};
-        if (south_up) transform[3] = north - rows * cell, transform[5] = cell;
+        const double step_north = cell_north.value_or(cell);
+        double transform[6] = {west, cell, 0, north, 0, -step_north};
+        if (south_up) transform[3] = north - rows * step_north, transform[5] = step_north;
         if (placed) GDALSetGeoTransform(file, transform);
         if (epsg != 0) {
             OGRSpatialReferenceH reference = OSRNewSpatialReference(nullptr);
@@ -179,6 +182,24 @@ TEST(Terrain, OfAPlaneIsAPlane) {
     }
     const double slope = std::sqrt(1 + 0.325 * 0.325 + 0.15 * 0.15);
     EXPECT_NEAR(measure(mesh).area / (1290e3 * 690e3 * slope), 1, 1e-6);
+}
+
+TEST(Terrain, OfAPlaneIsAPlaneIfItsSamplesBecomeFewerAlongOneAxisOnly) {
+    const test::TemporaryFolder folder;
+    RasterFile raster{100, 10};
+    raster.cell_north = 100;
+    const fs::path file = raster.write(folder / "dem.tif", [](int, int j) { return 50.0 * j; });
+    for (const double cell : {9, 15, 20, 30, 50, 99}) {
+        const Mesh mesh = extract_terrain(file, {.cell = cell});
+        double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+        for (const Vec3f& p : mesh.points) {
+            if (std::abs(p[1]) > 300e3) continue;  // the plane ends in the samples at the border
+            const double above = p[2] / 1e3 - p[1] / 2e3;
+            lowest = std::min(lowest, above);
+            highest = std::max(highest, above);
+        }
+        EXPECT_NEAR(lowest, highest, 1e-2) << "cell " << cell;
+    }
 }
 
 struct Ground {
@@ -371,6 +392,7 @@ TEST(Terrain, WarnsOfProjectionsWithFalseLengths) {
         raster.west = west;
         raster.north = north;
         raster.cell = cell;
+        raster.unit = "m";
         TerrainInfo info;
         extract_terrain(raster.write(folder / "dem.tif", flat), {}, &info);
         return info.warnings.empty() ? "" : info.warnings.front();
@@ -419,6 +441,26 @@ TEST(Terrain, InAnyUnitBecomesMetres) {
         expect_metres(unit, 1200.0 / 3937);
     expect_metres("fathom", 1, 1);
     EXPECT_NE(info.warnings.at(0).find("'fathom'"), std::string::npos);
+}
+
+TEST(Terrain, WarnsOfHeightsWithoutAUnitBesideCoordinatesInFeet) {
+    const test::TemporaryFolder folder;
+    const auto warnings = [&](const std::string& unit, int vertical_epsg) {
+        RasterFile raster{10, 10};
+        raster.epsg = 2226;  // US survey feet
+        raster.west = 6500000;
+        raster.north = 2000000;
+        raster.unit = unit;
+        raster.vertical_epsg = vertical_epsg;
+        TerrainInfo info;
+        extract_terrain(raster.write(folder / "dem.tif", hills), {}, &info);
+        return info.warnings;
+    };
+    ASSERT_EQ(warnings("", 0).size(), 1u);
+    EXPECT_NE(warnings("", 0).front().find("by 0.304801"), std::string::npos) << warnings("", 0).front();
+    EXPECT_TRUE(warnings("m", 0).empty());
+    EXPECT_TRUE(warnings("ft", 0).empty());
+    EXPECT_TRUE(warnings("", 6360).empty());
 }
 
 TEST(Terrain, OfAVerticalAxisInFeetBecomesMetresOnce) {

@@ -30,7 +30,7 @@ class Crop : public BallViewer {
     QPoint handle(const viewer::CropSide& side, double index) {
         Vec3d position = viewer::CropBox::handle(session().crop(), side);
         position[side.axis] = index;
-        return view()->widget_point(session().scan()->volume.geometry().physical(position)).toPoint();
+        return view()->widget_point(session().scan()->volume.geometry().physical(position))->toPoint();
     }
 };
 
@@ -100,7 +100,10 @@ TEST_F(Crop, IsDraggedInSpace) {
 
 TEST_F(Crop, IsTypedIn) {
     const auto type = [&](const char* name, int sample) {
-        window->findChild<QSpinBox*>(name)->setValue(sample);
+        auto* box = window->findChild<QSpinBox*>(name);
+        box->selectAll();
+        QTest::keyClicks(box, QString::number(sample));
+        QTest::keyClick(box, Qt::Key_Return);
     };
     type("crop_z0", 9);
     type("crop_y1", 30);
@@ -124,7 +127,7 @@ TEST_F(Crop, IsTypedIn) {
     key(Qt::Key_C);
     ASSERT_TRUE(settle());
     const auto hit = [&](double x) {
-        const QPoint point = view()->widget_point(position_of({x, 22, 12})).toPoint();
+        const QPoint point = view()->widget_point(position_of({x, 22, 12}))->toPoint();
         const auto position = view()->position_at(point);
         return position && std::abs((*position)[2] - position_of(kMiddle)[2]) < 0.01;
     };

@@ -1,8 +1,10 @@
 // Tests which widget has the keyboard, and the names in the list of surfaces.
+#include <QClipboard>
 #include <QDoubleSpinBox>
 #include <QLineEdit>
 #include <QSlider>
 #include <QSpinBox>
+#include <QToolButton>
 
 #include "support/viewer_ball.h"
 
@@ -20,6 +22,30 @@ class Fields : public BallViewer {
         QWidget* focus = QApplication::focusWidget();
         QTest::sendKeyEvent(QTest::Click, focus ? focus : window.get(), Qt::Key(key),
                             text ? QString(QChar(text)) : QString(), Qt::NoModifier);
+    }
+    // Holds a key down, which repeats it.
+    static void hold(QWidget* field, int key) {
+        for (const bool repeats : {false, true, true, true, true}) {
+            QKeyEvent down(QEvent::KeyPress, key, Qt::NoModifier, {}, repeats);
+            QApplication::sendEvent(field, &down);
+        }
+        QKeyEvent up(QEvent::KeyRelease, key, Qt::NoModifier);
+        QApplication::sendEvent(field, &up);
+    }
+    void type_isovalue(const char* text) {
+        give_keyboard_to(isovalue());
+        isovalue()->selectAll();
+        type(text);
+    }
+    // Renames the first of two surfaces, but does not end that.
+    void begin_to_rename_the_first(const char* text) {
+        const int first = session().parameters().current;
+        session().add_surface({}, 100, {}, 1);
+        session().select_surface(first);
+        ASSERT_TRUE(settle());
+        key(Qt::Key_F2);
+        type(text);
+        ASSERT_TRUE(name()->hasFocus());
     }
     QDoubleSpinBox* isovalue() { return window->findChild<QDoubleSpinBox*>("isovalue"); }
     QLineEdit* name() { return window->findChild<QLineEdit*>("surface_name"); }
@@ -86,6 +112,62 @@ TEST_F(Fields, EscRestoresTheIsovalue) {
     EXPECT_EQ(session().undo_stack().undoText(), "isovalue");  // the one of SetUp
 }
 
+// The view that shows something gets the keyboard.
+TEST_F(Fields, AreLeftWhileOnlyASliceIsShown) {
+    viewer::SliceView* axial = window->slice_view(viewer::Plane::axial);
+    window->views()->show_alone(axial);
+    type_isovalue("250");
+    press(Qt::Key_Return);
+    EXPECT_EQ(session().current()->isovalue, 250);
+    EXPECT_TRUE(axial->hasFocus());
+    type_isovalue("12");
+    press(Qt::Key_Escape);
+    EXPECT_EQ(session().current()->isovalue, 250);
+    EXPECT_EQ(isovalue()->value(), 250);
+    EXPECT_TRUE(axial->hasFocus());
+    type("d");
+    EXPECT_EQ(session().tool(), viewer::Tool::distance);
+}
+
+TEST_F(Fields, ActionsWorkWithWhatIsTyped) {
+    session().apply_preset("bone");
+    type_isovalue("250");
+    window->findChild<QAction*>("copy")->trigger();
+    EXPECT_TRUE(QApplication::clipboard()->text().contains("--isovalue 250"))
+        << QApplication::clipboard()->text().toStdString();
+    session().apply_preset("bone");
+    type_isovalue("250");
+    key(Qt::Key_S, Qt::ControlModifier);
+    auto* dialog = window->findChild<viewer::ExportDialog*>("export_dialog");
+    ASSERT_TRUE(dialog);
+    EXPECT_TRUE(dialog->findChild<QLineEdit*>("file")->text().endsWith("surface.stl"));
+    dialog->reject();
+
+    const int first = session().parameters().current;
+    session().add_surface({}, 600, {}, 1);
+    session().select_surface(first);
+    type_isovalue("300");
+    window->findChild<QAction*>("next_surface")->trigger();
+    EXPECT_EQ(session().parameters().find(first)->isovalue, 300);
+    EXPECT_EQ(session().current()->isovalue, 600);
+    EXPECT_EQ(isovalue()->value(), 600);
+}
+
+TEST_F(Fields, UndoTakesBackATypedName) {
+    begin_to_rename_the_first("femur");
+    const int steps = session().undo_stack().count();
+    QTest::mouseClick(window->findChild<QToolButton*>("undo_button"), Qt::LeftButton);
+    EXPECT_EQ(session().undo_stack().count(), steps + 1);
+    EXPECT_EQ(session().undo_stack().index(), steps);
+    EXPECT_EQ(session().current()->name, "");
+    EXPECT_EQ(session().parameters().surfaces.size(), 2u);
+    window->findChild<QAction*>("redo")->trigger();
+    EXPECT_EQ(session().current()->name, "femur");
+    EXPECT_EQ(session().parameters().surfaces.size(), 2u);
+    EXPECT_FALSE(session().undo_stack().canRedo());
+}
+
+// Each change is a step of its own, and undo goes back through them in their order.
 TEST_F(Fields, EachKeyAndEachTypedValueIsAStepOfUndo) {
     const auto isovalue_after = [&](int back) {
         for (int i = 0; i < back; ++i) session().undo_stack().undo();
@@ -118,6 +200,27 @@ TEST_F(Fields, EachKeyAndEachTypedValueIsAStepOfUndo) {
     EXPECT_EQ(session().current()->opacity, 0.99);
     session().undo_stack().undo();
     EXPECT_EQ(session().current()->opacity, 1);
+}
+
+TEST_F(Fields, AKeyIsOneStepOfUndoWhileItIsHeld) {
+    session().set_isovalue(100.5);
+    for (const char* name : {"isovalue", "crop_x0", "components", "smooth", "opacity"}) {
+        auto* field = window->findChild<QWidget*>(name);
+        ASSERT_TRUE(field) << name;
+        give_keyboard_to(field);
+        const double before = field->property("value").toDouble();
+        const double sign = std::string(name) == "opacity" ? -1 : 1;
+        const int key = sign > 0 ? Qt::Key_Up : Qt::Key_Down, steps = session().undo_stack().index();
+        hold(field, key);
+        EXPECT_EQ(session().undo_stack().index(), steps + 1) << name;
+        EXPECT_GE(sign * (field->property("value").toDouble() - before), 4) << name;
+        for (int i = 0; i < 3; ++i) press(key);
+        EXPECT_EQ(session().undo_stack().index(), steps + 4) << name;
+        hold(field, key);
+        EXPECT_EQ(session().undo_stack().index(), steps + 5) << name;
+        for (int i = 0; i < 5; ++i) session().undo_stack().undo();
+        EXPECT_EQ(field->property("value").toDouble(), before) << name;
+    }
 }
 
 TEST_F(Fields, ShowsAnIsovalueBeyondAllSamples) {

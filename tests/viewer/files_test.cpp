@@ -4,11 +4,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include <QClipboard>
 #include <QDialog>
 #include <QMessageBox>
 #include <QMimeData>
 #include <QSpinBox>
 #include <QTableWidget>
+#include <QTextDocument>
 
 #include "support/dicom_series.h"
 #include "support/viewer_ball.h"
@@ -306,14 +308,14 @@ TEST_F(BallViewer, RefinesAndChecksSurfaces) {
 class Turntables : public BallViewer {
   protected:
     /// Begins to save images of 200 x 150 pixels.
-    viewer::Turntable* save(const TemporaryFolder& out, int frames) {
+    viewer::Pictures* save(const TemporaryFolder& out, int frames) {
         window->findChild<QAction*>("frames")->trigger();
         auto* dialog = window->findChild<viewer::ScreenshotDialog*>("screenshot_dialog");
         for (const auto& [name, value] : {std::pair{"width", 200}, {"height", 150}, {"frames", frames}})
             dialog->findChild<QSpinBox*>(name)->setValue(value);
         dialog->findChild<QLineEdit*>("file")->setText(out.path().c_str());
         QTest::keyClick(dialog, Qt::Key_Return);
-        return view()->findChild<viewer::Turntable*>();
+        return view()->findChild<viewer::Pictures*>();
     }
 };
 
@@ -353,9 +355,9 @@ TEST_F(Turntables, ShowOneFullTurn) {
               0);  // behind or in front of the large ball
     EXPECT_EQ(view()->view_direction(), direction);
     // The images are the same if the view turns meanwhile.
-    viewer::Turntable* turntable = save(disturbed, 4);
+    viewer::Pictures* turntable = save(disturbed, 4);
     ASSERT_TRUE(turntable);
-    QObject::connect(turntable, &viewer::Turntable::progressed, [&] { view()->turn(30); });
+    QObject::connect(turntable, &viewer::Pictures::progressed, [&] { view()->turn(30); });
     ASSERT_TRUE(wait([&] { return !window->busy(); }));
     for (int frame = 0; frame < 4; ++frame) {
         const std::string name = "frame-000" + std::to_string(frame) + ".png";
@@ -363,13 +365,28 @@ TEST_F(Turntables, ShowOneFullTurn) {
     }
 }
 
+TEST_F(Turntables, WaitForFullResolution) {
+    const TemporaryFolder early, late;
+    session().change("work", {}, [](Parameters& p) {
+        p.surfaces[0].isovalue = 600;
+        p.smooth = 200;
+    });
+    ASSERT_TRUE(save(early, 2));
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    ASSERT_TRUE(settle());
+    ASSERT_TRUE(save(late, 2));
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    for (const char* name : {"frame-0000.png", "frame-0001.png"})
+        EXPECT_TRUE(QImage((early / name).c_str()) == QImage((late / name).c_str())) << name;
+}
+
 TEST_F(Turntables, CanBeCancelled) {
     const viewer::CameraState before = view()->camera();
     const auto stop_after_three = [&](const std::function<void()>& stop) {
         const TemporaryFolder out;
-        viewer::Turntable* turntable = save(out, 40);
+        viewer::Pictures* turntable = save(out, 40);
         ASSERT_TRUE(turntable);
-        QObject::connect(turntable, &viewer::Turntable::progressed, [&](int frame) {
+        QObject::connect(turntable, &viewer::Pictures::progressed, [&](int frame) {
             if (frame == 3) stop();
         });
         ASSERT_TRUE(wait([&] { return !window->busy(); }));
@@ -489,6 +506,53 @@ TEST_F(BallViewer, OpensADroppedFile) {
     QApplication::sendEvent(window.get(), &drop);
     ASSERT_TRUE(wait([&] { return session().scan() != before; }));
     EXPECT_EQ(session().scan()->volume.geometry().dims[0], 20);
+}
+
+// Names may look like HTML.
+TEST_F(BallViewer, ShowsNamesAsTheyAre) {
+    const auto expect_plain = [](const QWidget& shown, int least) {
+        int labels = 0;
+        for (const QLabel* label : shown.findChildren<QLabel*>()) {
+            if (!label->text().contains("<b>")) continue;
+            EXPECT_EQ(label->textFormat(), Qt::PlainText) << label->text().toStdString();
+            ++labels;
+        }
+        EXPECT_GE(labels, least);
+    };
+    const std::filesystem::path odd = folder / "<b>bold.nrrd";
+    std::filesystem::copy(scan, odd);
+    ASSERT_TRUE(open(odd));
+    ASSERT_TRUE(window->save_session(folder / "<b>bold.marrow"));
+    expect_plain(*window, 2);  // the banner and the facts
+
+    session().change("name", {}, [](Parameters& p) { p.surfaces[0].name = "<b>none"; });
+    session().set_isovalue(5000);
+    ASSERT_TRUE(settle());
+    write_file(folder / "<b>old.stl", "old");
+    key(Qt::Key_S, Qt::ControlModifier);
+    auto* dialog = window->findChild<viewer::ExportDialog*>("export_dialog");
+    ASSERT_TRUE(dialog);
+    expect_plain(*dialog, 1);  // that there is no surface
+    session().set_isovalue(0);
+    ASSERT_TRUE(settle());
+    dialog->set_file((folder / "<b>old.stl").c_str());
+    QTest::keyClick(dialog, Qt::Key_Return);
+    auto* box = dialog->findChild<QMessageBox*>("replace_box");
+    ASSERT_TRUE(box);
+    expect_plain(*box, 1);
+    dialog->reject();
+
+    viewer::OpenQuestion question{viewer::OpenQuestion::About::series, odd, {}, {}, {false}};
+    question.report.series.resize(1);
+    question.report.series[0].series.id = "<b>1 & 2";
+    question.report.series[0].refusal = "it is <b>damaged</b>";
+    const viewer::SeriesDialog series(question, window.get());
+    auto* table = series.findChild<QTableWidget*>("series");
+    QTextDocument tip;
+    tip.setHtml(table->item(0, 1)->toolTip());
+    EXPECT_EQ(tip.toPlainText(), "<b>1 & 2");
+    tip.setHtml(table->item(0, table->columnCount() - 1)->toolTip());
+    EXPECT_EQ(tip.toPlainText(), "it is <b>damaged</b>");
 }
 
 // The padding, which is between air and tissue here, is no peak of the histogram.
@@ -646,12 +710,23 @@ TEST_F(BallViewer, OutlinesSamplesAtTheIsovalue) {
 class Questions : public BallViewer {
   protected:
     template <class Dialog>
-    Dialog* question(const std::filesystem::path& input, const char* name) {
+    Dialog* question(const std::filesystem::path& input, const char* name, const ScanOptions& options = {}) {
         before = session().scan();
-        window->open(input);
+        window->open(input, options);
+        return next_question<Dialog>(name);
+    }
+    template <class Dialog>
+    Dialog* next_question(const char* name) {
         EXPECT_TRUE(wait([&] { return window->findChild<Dialog*>(name) != nullptr; }))
             << window->banner().toStdString();
         return window->findChild<Dialog*>(name);
+    }
+    /// Two series, of which the larger one, 1.2.3, has uneven slices.
+    void write_even_and_uneven() {
+        write_half_bright(input.path(), "1.2.3", 20, [](DicomWriter& slice, int k) {
+            if (k == 19) slice.position("0\\0\\20.5");
+        });
+        write_half_bright(input.path(), "1.2.4", 3);
     }
     /// Presses Enter, and waits until the scan is open.
     bool accept(QDialog* dialog) {
@@ -781,6 +856,93 @@ TEST_F(Questions, AskWhetherToInterpolateUnevenSlices) {
     EXPECT_TRUE(window->command().contains("--resample")) << window->command().toStdString();
 }
 
+TEST_F(Questions, AreAskedOneAfterTheOther) {
+    write_even_and_uneven();
+    auto* dialog = question<viewer::SeriesDialog>(input.path(), "series_dialog");
+    ASSERT_TRUE(dialog);
+    auto* table = dialog->findChild<QTableWidget*>("series");
+    QStringList remarks;
+    for (int row = 0; row < 2; ++row) remarks << table->item(row, table->columnCount() - 1)->text();
+    EXPECT_TRUE(remarks.join(' ').contains("--resample")) << remarks.join(' ').toStdString();
+    QTest::keyClick(dialog, Qt::Key_Return);
+    auto* box = next_question<QDialog>("uneven_box");
+    ASSERT_TRUE(box);
+    ASSERT_TRUE(accept(box));
+    EXPECT_TRUE(session().scan()->options.resample);
+    EXPECT_EQ(session().scan()->options.series, "1.2.3");
+}
+
+// They agree with what the headers state, here the distances between columns and rows.
+TEST_F(Questions, AskForTheSpacingThatASeriesLacks) {
+    const auto spaced = [](DicomWriter& slice, int) { slice.spacing("0.5\\0.25"); };
+    write_half_bright(input.path(), "1.2.3", 7, [&](DicomWriter& slice, int k) {
+        spaced(slice, k);
+        slice.elements.erase(0x00200032);  // the position
+    });
+    write_half_bright(input.path(), "1.2.4", 3);
+    const auto open_with_2_mm_between_slices = [&] {
+        auto* dialog = next_question<viewer::SpacingDialog>("spacing_dialog");
+        ASSERT_TRUE(dialog);
+        dialog->findChild<QLineEdit*>("spacing_2")->setText("2");
+        ASSERT_TRUE(accept(dialog));
+        EXPECT_EQ(session().scan()->volume.geometry().spacing, (Vec3d{0.25, 0.5, 2}));
+    };
+    auto* dialog = question<viewer::SeriesDialog>(input.path(), "series_dialog");
+    ASSERT_TRUE(dialog);
+    QTest::keyClick(dialog, Qt::Key_Return);
+    open_with_2_mm_between_slices();
+    const TemporaryFolder single;
+    write_half_bright(single.path(), "1.2.5", 1, spaced);
+    before = session().scan();
+    window->open(single.path());
+    open_with_2_mm_between_slices();
+}
+
+// An option or a file may say which series is meant, and then no other one is offered.
+TEST_F(Questions, AreOnlyAboutTheSeriesThatIsMeant) {
+    write_even_and_uneven();
+    write_half_bright(input.path(), "1.2.5", 4,
+                      [](DicomWriter& slice, int) { slice.orientation("1\\0\\0\\1\\1\\0"); });
+    for (const std::string echo : {"10", "20"}) {
+        const TemporaryFolder one;
+        write_half_bright(one.path(), "1.2.6", 4, [&](DicomWriter& slice, int) {
+            slice.text(0x00080060, "CS", "MR");
+            slice.text(0x00180081, "DS", echo);
+        });
+        for (const auto& file : std::filesystem::directory_iterator(one.path()))
+            std::filesystem::copy(file, input / (echo + file.path().filename().string()));
+    }
+    for (const auto& [named, series] :
+         {std::pair{input.path(), std::optional<std::string>("1.2.3")}, {input / "1.2.3-0", std::nullopt}}) {
+        auto* box = question<QDialog>(named, "uneven_box", {.series = series});
+        ASSERT_TRUE(box);
+        EXPECT_FALSE(window->findChild<viewer::SeriesDialog*>());
+        ASSERT_TRUE(accept(box));
+        EXPECT_GT(session().scan()->volume.geometry().dims[2], 20);
+        ASSERT_TRUE(open(scan));
+    }
+    auto* volumes = question<viewer::SeriesDialog>(input.path(), "series_dialog", {.series = "1.2.6"});
+    ASSERT_TRUE(volumes);
+    EXPECT_EQ(volumes->findChild<QTableWidget*>("series")->rowCount(), 1);
+    EXPECT_EQ(volumes->findChild<QComboBox*>("volume")->count(), 2);
+    ASSERT_TRUE(accept(volumes));
+    EXPECT_EQ(session().scan()->info.series.id, "1.2.6");
+    // No decision helps, so the reason is shown instead of a question.
+    window->open(input.path(), {.series = "1.2.5"});
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_TRUE(window->banner().contains("1.2.5")) << window->banner().toStdString();
+    EXPECT_FALSE(window->findChild<viewer::SeriesDialog*>());
+}
+
+TEST_F(Questions, HideAnEarlierError) {
+    window->open(folder / "missing.nii");
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    ASSERT_FALSE(window->banner().isEmpty());
+    write_even_and_uneven();
+    ASSERT_TRUE(question<viewer::SeriesDialog>(input.path(), "series_dialog"));
+    EXPECT_TRUE(window->banner().isEmpty()) << window->banner().toStdString();
+}
+
 TEST_F(Questions, DoNotMakeTheWindowForgetWorkDuringLoading) {
     write_half_bright(input.path(), "1.2.3", 5);
     write_half_bright(input.path(), "1.2.4", 6);
@@ -856,6 +1018,43 @@ TEST_F(BallViewer, ScreenshotsOfAMovingViewHaveTheFullShape) {
     ASSERT_TRUE(view()->screenshot(size) == still);
     view()->set_moving(true);
     EXPECT_TRUE(view()->screenshot(size) == still);
+}
+
+// The preview of this surface is neither smooth nor as fine.
+TEST_F(BallViewer, PicturesWaitForFullResolution) {
+    const auto large = ball(64, 64, 50, 50);
+    write_nrrd(folder / "rough.nrrd", 128, 128, 100, [&](int x, int y, int z) {
+        return large(x, y, z) + 500 * std::sin(x * 1.3) * std::sin(y * 1.3) * std::sin(z * 1.7);
+    });
+    ASSERT_TRUE(open(folder / "rough.nrrd"));
+    ASSERT_GT(window->surfaces().preview_level(), 0);
+    session().change("smooth", {}, [](Parameters& p) { p.smooth = 20; });
+    key(Qt::Key_C, Qt::ControlModifier);
+    EXPECT_TRUE(window->busy());
+    EXPECT_TRUE(window->findChild<QToolButton*>("cancel")->isVisible());
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    EXPECT_EQ(window->banner(), "Copied the 3D view.");
+    const QImage copied = QApplication::clipboard()->image().convertToFormat(QImage::Format_RGB32);
+    ASSERT_TRUE(settle());
+    const QImage late = view()->screenshot(copied.size()).convertToFormat(QImage::Format_RGB32);
+    int different = 0;
+    for (int y = 0; y < late.height(); ++y) {
+        for (int x = 0; x < late.width(); ++x)
+            different += std::abs(qRed(copied.pixel(x, y)) - qRed(late.pixel(x, y))) > 6;
+    }
+    EXPECT_LT(different, 20);
+}
+
+TEST_F(BallViewer, APictureThatWaitsCanBeCancelled) {
+    QApplication::clipboard()->setText("before");
+    session().set_isovalue(600);
+    key(Qt::Key_C, Qt::ControlModifier);
+    EXPECT_TRUE(window->busy());
+    key(Qt::Key_Escape);
+    EXPECT_FALSE(window->busy());
+    EXPECT_TRUE(window->banner().startsWith("Cancelled")) << window->banner().toStdString();
+    ASSERT_TRUE(settle());
+    EXPECT_EQ(QApplication::clipboard()->text(), "before");
 }
 
 TEST_F(BallViewer, TheLightThemeIsForTheWholeWindow) {

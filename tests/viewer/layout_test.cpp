@@ -53,5 +53,18 @@ TEST_F(ViewerTest, TheFirstSizeFitsTheScreen) {
     EXPECT_EQ(fresh.size(), QSize(1440, 900).boundedTo(screen - QSize(16, 48)));
 }
 
+TEST_F(ViewerTest, FullScreenIsRemembered) {
+    window->findChild<QAction*>("full_screen")->trigger();
+    ASSERT_TRUE(wait([&] { return window->isFullScreen(); }));
+    window->close();
+    window = std::make_unique<viewer::MainWindow>();
+    window->show();
+    EXPECT_TRUE(window->isFullScreen());
+    auto* full_screen = window->findChild<QAction*>("full_screen");
+    EXPECT_TRUE(full_screen->isChecked());
+    full_screen->trigger();
+    EXPECT_FALSE(window->isFullScreen());
+}
+
 }  // namespace
 }  // namespace marrow::test

@@ -4,6 +4,7 @@
 #include <new>
 #include <thread>
 
+#include <QClipboard>
 #include <QLabel>
 #include <QPushButton>
 #include <QSpinBox>
@@ -107,6 +108,19 @@ TEST_F(ScarceMemory, ASurfaceIsMeasuredThatCannotBeChecked) {
     ASSERT_TRUE(fails()) << window->banner().toStdString();
     EXPECT_TRUE(window->surfaces().settled());
     EXPECT_TRUE(light().endsWith("not checked")) << light().toStdString();
+}
+
+TEST_F(ScarceMemory, ThereIsNoPictureWithoutTheSurface) {
+    QApplication::clipboard()->setText("before");
+    scarce = true;
+    session().set_isovalue(100);
+    ASSERT_TRUE(fails()) << window->banner().toStdString();
+    key(Qt::Key_Escape);
+    EXPECT_EQ(window->banner(), "");
+    key(Qt::Key_C, Qt::ControlModifier);
+    EXPECT_FALSE(window->busy());
+    EXPECT_TRUE(window->banner().startsWith("Not enough memory")) << window->banner().toStdString();
+    EXPECT_EQ(QApplication::clipboard()->text(), "before");
 }
 
 TEST_F(ScarceMemory, AnExportFailsWithASentence) {

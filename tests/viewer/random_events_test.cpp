@@ -52,6 +52,11 @@ class RandomEvents : public BallViewer {
         move(on, button(), any_point(on), any_point(on), any(10) > 0);
     }
 
+    // Where the 3D view draws a position, which may be behind the camera.
+    QPoint point_of(const Vec3d& position) {
+        return view()->widget_point(position).value_or(QPointF(any_point(view()))).toPoint();
+    }
+
     void drag_a_side_of_the_crop_box() {
         key(Qt::Key_K);
         viewer::SliceView* slice = window->slice_view(Plane(any(3)));
@@ -60,8 +65,7 @@ class RandomEvents : public BallViewer {
         move(slice, Qt::LeftButton, slice->widget_point(corner).toPoint(), any_point(slice), true);
         const viewer::CropSide side{static_cast<std::size_t>(any(3)), any(2) > 0};
         const Vec3d handle = viewer::CropBox::handle(session().crop(), side);
-        move(view(), Qt::LeftButton,
-             view()->widget_point(session().scan()->volume.geometry().physical(handle)).toPoint(),
+        move(view(), Qt::LeftButton, point_of(session().scan()->volume.geometry().physical(handle)),
              any_point(view()), any(10) > 0);
     }
 
@@ -148,8 +152,7 @@ class RandomEvents : public BallViewer {
         const Vec3d index = viewer::index_of(session().scan()->volume.geometry(), end);
         any(2)
             ? move(slice, Qt::LeftButton, slice->widget_point(index).toPoint(), any_point(slice), any(10) > 0)
-            : move(view(), Qt::LeftButton, view()->widget_point(end).toPoint(), any_point(view()),
-                   any(10) > 0);
+            : move(view(), Qt::LeftButton, point_of(end), any_point(view()), any(10) > 0);
     }
 
     void export_something() {

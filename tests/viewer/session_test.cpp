@@ -1,5 +1,6 @@
 // Tests session files, the question before work is lost, and the table of measurements.
 #include <QClipboard>
+#include <QDoubleSpinBox>
 #include <QDropEvent>
 #include <QFileDialog>
 #include <QMessageBox>
@@ -37,6 +38,27 @@ class Sessions : public BallViewer {
         });
         session().add_surface({}, 600.5, QColor(20, 40, 60), 0.25);
         session().set_crosshair({5, 6, 7});
+    }
+    /// Saves the session by its action; `meanwhile` is called while the name is asked for.
+    void save_as(const std::filesystem::path& file, const std::function<void()>& meanwhile = {}) {
+        QTimer user;
+        QObject::connect(&user, &QTimer::timeout, [&] {
+            auto* files = qobject_cast<QFileDialog*>(QApplication::activeModalWidget());
+            if (!files) return;
+            QApplication::setActiveWindow(files);
+            if (meanwhile) meanwhile();
+            files->findChild<QLineEdit*>("fileNameEdit")->setText(file.c_str());
+            QMetaObject::invokeMethod(files, "accept");
+        });
+        user.start(50);
+        window->findChild<QAction*>("save_session")->trigger();
+    }
+    /// Types a name for the selected surface, without Enter.
+    void type_name(const char* text) {
+        key(Qt::Key_F2);
+        auto* name = qobject_cast<QLineEdit*>(QApplication::focusWidget());
+        ASSERT_TRUE(name);
+        QTest::keyClicks(name, text);
     }
     QMessageBox* question() { return window->findChild<QMessageBox*>("discard_box"); }
     /// The name that "Save session" proposes.
@@ -300,13 +322,50 @@ TEST_F(Sessions, AreNamedAfterTheWholeNameOfAFolder) {
     }
 }
 
+TEST_F(Sessions, HoldWhatIsTypedIntoAField) {
+    session().add_surface({}, 100, {}, 1);
+    ASSERT_TRUE(settle());
+    auto* isovalue = window->findChild<QDoubleSpinBox*>("isovalue");
+    QApplication::setActiveWindow(window.get());
+    isovalue->setFocus();
+    isovalue->selectAll();
+    QTest::keyClicks(isovalue, "250");
+    save_as(folder / "value.marrow");
+    EXPECT_EQ(viewer::read_session(folder / "value.marrow").parameters.surfaces[1].isovalue, 250);
+    EXPECT_FALSE(session().has_unsaved_work());
+    type_name("femur");
+    save_as(folder / "name.marrow");
+    EXPECT_EQ(viewer::read_session(folder / "name.marrow").parameters.surfaces[1].name, "femur");
+    EXPECT_FALSE(session().has_unsaved_work());
+    type_name("tibia");
+    window->close();
+    EXPECT_TRUE(window->isVisible());
+    EXPECT_TRUE(question());
+    EXPECT_EQ(session().current()->name, "tibia");
+}
+
+TEST_F(Sessions, AreNotSavedYetIfTheyChangeWhileTheirNameIsAskedFor) {
+    session().add_surface({}, 100, {}, 1);
+    save_as(folder / "mine.marrow", [&] { session().set_isovalue(200); });
+    EXPECT_EQ(viewer::read_session(folder / "mine.marrow").parameters.surfaces[1].isovalue, 100);
+    EXPECT_EQ(session().current()->isovalue, 200);
+    EXPECT_TRUE(session().has_unsaved_work());
+    save_as(folder / "other.marrow");
+    EXPECT_FALSE(session().has_unsaved_work());
+}
+
 TEST_F(Sessions, MeasurementsAreATable) {
     work();
     write_measurements(session().parameters().measurements, folder / "m.csv");
     EXPECT_EQ(read_file(folder / "m.csv"),
               "number,kind,value,unit,x1,y1,z1,x2,y2,z2,x3,y3,z3\n"
-              "1,distance,4.854,mm,1.250,2.000,3.000,4.000,6.000,3.000,,,\n"
-              "2,angle,90.000,degrees,0.000,0.000,0.000,1.000,0.000,0.000,1.000,1.000,0.000\n");
+              "1,distance,4.85412196,mm,1.25,2,3,4,6,3,,,\n"
+              "2,angle,90,degrees,0,0,0,1,0,0,1,1,0\n");
+    // In a scan of micrometres, too, which may be far from the origin.
+    viewer::write_measurements({{{{50.0003, 0, 0}, {50.0009, 0.0003, 0}}}}, folder / "m.csv");
+    EXPECT_EQ(read_file(folder / "m.csv"),
+              "number,kind,value,unit,x1,y1,z1,x2,y2,z2,x3,y3,z3\n"
+              "1,distance,0.000670820393,mm,50.0003,0,0,50.0009,0.0003,0,,,\n");
 }
 
 // Also if it was typed without its extension, the existing file is only replaced after a question.

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "support/viewer_ball.h"
+#include "views/scene_parts.h"
 #include "views/slice_geometry.h"
 #include "views/window_presets.h"
 
@@ -36,6 +37,22 @@ class Views : public BallViewer {
     static void double_click(QWidget* widget, const QPoint& point) {
         QTest::mouseClick(widget, Qt::LeftButton, Qt::NoModifier, point);
         QTest::mouseDClick(widget, Qt::LeftButton, Qt::NoModifier, point);
+    }
+
+    /// Writes a cube of float samples that are this far apart, mm.
+    template <class F>
+    void write_floats(const std::string& name, int side, const std::string& mm, const F& value) {
+        std::vector<float> samples;
+        for (int z = 0; z < side; ++z) {
+            for (int y = 0; y < side; ++y) {
+                for (int x = 0; x < side; ++x) samples.push_back(static_cast<float>(value(x, y, z)));
+            }
+        }
+        const std::string s = std::to_string(side);
+        write_file(folder / name,
+                   "NRRD0004\ntype: float\ndimension: 3\nsizes: " + s + " " + s + " " + s +
+                       "\nspacings: " + mm + " " + mm + " " + mm + "\nendian: little\nencoding: raw\n\n" +
+                       std::string(reinterpret_cast<const char*>(samples.data()), 4 * samples.size()));
     }
 
     QAction* action(const char* name) { return window->findChild<QAction*>(name); }
@@ -81,6 +98,64 @@ TEST_F(Views, ShowWholeNumbersWithAllTheirDigits) {
                    std::string(reinterpret_cast<const char*>(samples.data()), 4 * samples.size()));
     ASSERT_TRUE(open(folder / "atlas.nrrd"));
     for (const Plane plane : kPlanes) EXPECT_EQ(slice(plane)->readout(), "312782546");
+}
+
+TEST_F(Views, AScanOfMicrometresIsShownAsLargeAsOneOfMillimetres) {
+    const auto picture_of = [&](const std::string& spacing, bool reset) {
+        const auto middle = [](double x, double y, double z) {
+            return 15 - std::hypot(x - 20, y - 20, z - 20);
+        };
+        write_floats("ball" + spacing + ".nrrd", 40, spacing, middle);
+        EXPECT_TRUE(open(folder / ("ball" + spacing + ".nrrd")));
+        if (reset) key(Qt::Key_R);
+        return picture();
+    };
+    for (const bool reset : {false, true}) {
+        const QImage large = picture_of("1", reset), small = picture_of("0.0003", reset);
+        ASSERT_EQ(large.size(), small.size());
+        int different = 0;
+        for (int y = 0; y < large.height(); ++y) {
+            for (int x = 0; x < large.width(); ++x)
+                different += std::abs(qGreen(large.pixel(x, y)) - qGreen(small.pixel(x, y))) > 30;
+        }
+        EXPECT_LT(different, large.width() * large.height() / 100) << reset;
+    }
+}
+
+// Such as diffusion in m^2/s.
+TEST_F(Views, TheWindowOfTinyValuesCanBeChanged) {
+    write_floats("tiny.nrrd", 20, "1",
+                 [](int x, int y, int z) { return 3e-14 * ((400 * z + 20 * y + x) * 7919 % 1000) / 1000; });
+    ASSERT_TRUE(open(folder / "tiny.nrrd"));
+    const auto width = [&] { return session().parameters().window.width; };
+    const auto contrast = [&] {
+        const QImage image = slice(Plane::axial)->grab().toImage();
+        int least = 255, most = 0;
+        for (int y = image.height() / 4; y < 3 * image.height() / 4; ++y) {
+            for (int x = image.width() / 3; x < 2 * image.width() / 3; ++x) {
+                const QRgb c = image.pixel(x, y);
+                if (qRed(c) != qGreen(c) || qGreen(c) != qBlue(c)) continue;
+                least = std::min(least, qRed(c));
+                most = std::max(most, qRed(c));
+            }
+        }
+        return most - least;
+    };
+    const viewer::Window all = viewer::window_of_all_values(session().scan()->histogram);
+    EXPECT_LT(all.width, 3.1e-14);
+    action("window_full")->trigger();
+    EXPECT_EQ(width(), all.width);
+    EXPECT_TRUE(action("window_full")->isChecked());
+    EXPECT_GT(contrast(), 150);
+    drag(slice(Plane::axial), {50, 50}, {65, 50}, Qt::RightButton);
+    EXPECT_NEAR(width() / all.width, std::exp(0.1), 1e-6);
+    EXPECT_GT(contrast(), 150);
+    // However far it is narrowed, another drag widens it again.
+    for (int i = 0; i < 20; ++i) drag(slice(Plane::axial), {255, 50}, {5, 50}, Qt::RightButton, 1);
+    const double narrowest = width();
+    EXPECT_LT(narrowest, 1e-6 * all.width);
+    drag(slice(Plane::axial), {50, 50}, {200, 50}, Qt::RightButton);
+    EXPECT_NEAR(width() / narrowest, std::exp(1), 1e-6);
 }
 
 TEST_F(Views, AFineWheelMovesTheSlicesByWholeSteps) {
@@ -333,7 +408,7 @@ TEST_F(Views, EndsOfMeasurementsAreDraggedOnTheSurface) {
         return view()
             ->widget_point(
                 {centre[0] + x, centre[1] - std::sqrt(kRadius * kRadius - x * x - z * z), centre[2] + z})
-            .toPoint();
+            ->toPoint();
     };
     for (const double x : {-9.0, 9.0})
         QTest::mouseClick(view(), Qt::LeftButton, Qt::NoModifier, on_front(x, 0));
@@ -348,6 +423,29 @@ TEST_F(Views, EndsOfMeasurementsAreDraggedOnTheSurface) {
     drag(view(), on_front(0, 9), QPoint(5, 5));
     for (const Vec3d& point : session().parameters().measurements[0].points)
         EXPECT_NEAR(distance(point, centre), kRadius, 0.3);
+}
+
+// A projection mirrors what is behind the camera to the other side of the view.
+TEST_F(Views, NothingBehindTheCameraIsDragged) {
+    const Vec3d eye{34, 30, 54}, end{36, 42, 54};
+    session().change("measure", {}, [&](viewer::Parameters& p) { p.measurements = {{{end, {34, 45, 54}}}}; });
+    const auto drag_from_mirrored = [&](const Vec3d& position) {
+        view()->set_camera({eye, {34, 0, 54}, {0, 0, 1}});
+        ASSERT_TRUE(settle());
+        EXPECT_FALSE(view()->widget_point(position));
+        const auto mirrored = view()->widget_point(2 * eye - position);
+        ASSERT_TRUE(mirrored);
+        const QPoint from = mirrored->toPoint();
+        ASSERT_TRUE(view()->rect().contains(from));
+        drag(view(), from, from + QPoint(30, 20));
+        EXPECT_GT(distance(view()->camera().position, eye), 0.1) << "the drag did not turn the view";
+    };
+    drag_from_mirrored(end);
+    EXPECT_EQ(session().parameters().measurements[0].points[0], end);
+    key(Qt::Key_K);
+    const Vec3d handle = viewer::CropBox::handle(session().crop(), {1, true});  // the posterior side
+    drag_from_mirrored(position_of(handle));
+    EXPECT_FALSE(session().parameters().crop);
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ TEST_F(BallViewer, ShowsTheSurfaceThatTheLibraryExtracts) {
     // A ball appears as a disc in the middle of the view.
     const QImage image = picture();
     const Vec3d centre = position_of(kMiddle);
-    const QPointF middle = view()->widget_point(centre);
+    const QPointF middle = view()->widget_point(centre).value();
     const int disc = count(image, warm);
     const double radius = std::sqrt(disc / M_PI);
     EXPECT_GT(radius, 0.25 * view()->height());
@@ -163,7 +163,7 @@ TEST_F(BallViewer, AClickOnTheSurfaceMovesTheCrosshairThere) {
     const Vec3d hit = session().crosshair_position();
     EXPECT_NEAR(distance(hit, centre), kRadius, 0.3);
     EXPECT_LT(hit[1], centre[1] - 5);  // the patient's front
-    const QPointF point = view()->widget_point(hit);
+    const QPointF point = view()->widget_point(hit).value();
     EXPECT_NEAR(point.x(), view()->rect().center().x() + 20, 1.5);
     EXPECT_NEAR(point.y(), view()->rect().center().y() - 30, 1.5);
     // A click beside the ball hits nothing.
@@ -183,10 +183,10 @@ TEST_F(BallViewer, ViewsFromSixSides) {
     // Seen from the front, the patient's left is on the right and superior is up.
     key(Qt::Key_1);
     ASSERT_TRUE(settle());
-    EXPECT_GT(view()->widget_point({centre[0] + 5, centre[1], centre[2]}).x(),
-              view()->widget_point(centre).x() + 5);
-    EXPECT_LT(view()->widget_point({centre[0], centre[1], centre[2] + 5}).y(),
-              view()->widget_point(centre).y() - 5);
+    EXPECT_GT(view()->widget_point({centre[0] + 5, centre[1], centre[2]})->x(),
+              view()->widget_point(centre)->x() + 5);
+    EXPECT_LT(view()->widget_point({centre[0], centre[1], centre[2] + 5})->y(),
+              view()->widget_point(centre)->y() - 5);
 }
 
 TEST_F(BallViewer, CutsThroughTheCrosshair) {
@@ -253,7 +253,7 @@ TEST_F(BallViewer, MeasuresOnTheSurface) {
     const int before =
         count(view()->grabFramebuffer(), [](QRgb c) { return qBlue(c) > 180 && qRed(c) < 120; });
     for (const Vec3d& p : {from, to})
-        QTest::mouseClick(view(), Qt::LeftButton, Qt::NoModifier, view()->widget_point(p).toPoint());
+        QTest::mouseClick(view(), Qt::LeftButton, Qt::NoModifier, view()->widget_point(p)->toPoint());
     ASSERT_EQ(session().parameters().measurements.size(), 1u);
     EXPECT_NEAR(session().parameters().measurements[0].value(), 18, 0.5);
     const int line = count(picture(), [](QRgb c) { return qBlue(c) > 180 && qRed(c) < 120; });

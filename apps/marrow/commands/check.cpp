@@ -8,6 +8,7 @@
 
 #include <marrow/mesh_check.h>
 #include <marrow/mesh_io.h>
+#include <marrow/printable.h>
 
 #include "json_report.h"
 #include "progress_reporter.h"
@@ -93,7 +94,7 @@ class Printer {
     void print_several(const CheckedFile& file) const {
         for (const CheckedObject& object : file.objects) {
             const MeshCheck& c = object.found;
-            out_ << fmt::format("  {}: {}", object.name, verdict(c, min_wall_));
+            out_ << fmt::format("  {}: {}", printable(object.name), verdict(c, min_wall_));
             if (!c.is_sound() || c.thin_triangles > 0) {
                 out_ << '\n';
                 print(object, 4);
@@ -104,8 +105,8 @@ class Printer {
         }
         for (const MeshCrossing& crossing : file.crossings)
             out_ << fmt::format("  {} and {} pass through each other at {} pairs of triangles\n",
-                                file.objects[crossing.first].name, file.objects[crossing.second].name,
-                                crossing.pairs);
+                                printable(file.objects[crossing.first].name),
+                                printable(file.objects[crossing.second].name), crossing.pairs);
     }
 
   private:

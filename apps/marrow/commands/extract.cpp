@@ -52,7 +52,7 @@ std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const Sca
                         "or --isovalue N",
                         first->name, reason));
     };
-    if (info.series.modality.empty() && looks_like_label_map(scan))
+    if (is_label_map(scan, info.series))
         throw UsageError(
             fmt::format("--type {} is for CT, and this looks like a label map: make a surface of "
                         "each label with --labels",
@@ -69,7 +69,7 @@ std::string check_presets(const std::vector<SurfaceRequest>& surfaces, const Sca
 
 // The scan is read first, to tell which options suit it.
 [[noreturn]] void throw_no_surface(const ScanInfo& info, const Volume& scan) {
-    if (info.series.modality.empty() && looks_like_label_map(scan))
+    if (is_label_map(scan, info.series))
         throw UsageError(
             "no surface is given, and this looks like a label map: make a surface of each label with "
             "--labels, or one of all with --isovalue 0.5");

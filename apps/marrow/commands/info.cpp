@@ -11,6 +11,7 @@
 #include <marrow/atomic_file.h>
 #include <marrow/histogram.h>
 #include <marrow/labels.h>
+#include <marrow/printable.h>
 #include <marrow/scan_io.h>
 #include <marrow/tissue_presets.h>
 
@@ -46,9 +47,7 @@ SampleReport report_on(const Volume& scan, const ScanInfo& info, const std::opti
     report.finite = scan.geometry().sample_count() - samples.non_finite_samples;
     report.may_be_hounsfield = report.finite > 0 && hounsfield.value_or(presets_apply(
                                                         info.series.modality, info.format, samples.lower));
-    const bool is_map =
-        info.series.modality.empty() ? looks_like_label_map(scan) : !info.series.labels.empty();
-    if (is_map) add_labels(scan, report);
+    if (is_label_map(scan, info.series)) add_labels(scan, report);
     return report;
 }
 

@@ -97,6 +97,16 @@ std::string trimmed(const std::string& text) {
     return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
 }
 
+// A table in which the entries of another take the place of its own, as far as they go.
+LabelTable with_entries(LabelTable table, const LabelTable& others) {
+    for (const auto& [label, other] : others) {
+        LabelEntry& entry = table[label];
+        if (!other.name.empty()) entry.name = other.name;
+        if (other.colour) entry.colour = other.colour;
+    }
+    return table;
+}
+
 // Marks the labels in `only` as wanted: numbers or names in any case, separated by commas. A name may itself
 // contain commas. The number of a label goes before names.
 void choose_labels(const std::string& only, Labels& labels) {
@@ -194,11 +204,18 @@ void warn_of_loss(const std::vector<Surface>& surfaces, std::vector<std::string>
                         shrunken, surfaces.size(), worst->name, worst->label_volume.change()));
 }
 
+// Whether a segmentation has several label maps if its segments overlap, as those of DICOM do. Those of
+// 3D Slicer are in NRRD.
+bool may_have_several_maps(const LabelsOptions& options) {
+    const std::string extension = lower_case(options.job.scan.path.extension().string());
+    return options.segmentation && extension != ".nrrd" && extension != ".nhdr";
+}
+
 // The label maps of the scan: one, or all those of a DICOM segmentation, whose segments may overlap.
 std::vector<Volume> read_maps(const LabelsOptions& options, SurfaceJob& job) {
     const FilterSteps steps{.crop = options.crop};
     std::vector<Volume> maps;
-    if (options.job.scan.options.volume || !options.segmentation) {
+    if (options.job.scan.options.volume || !may_have_several_maps(options)) {
         maps.push_back(job.read_scan(steps));
         return maps;
     }
@@ -238,10 +255,11 @@ void measure_volumes(const Counts& counts, const Mat3d& index_to_physical, int t
 void add_options(Arguments& arguments, LabelsOptions& options) {
     Value table = file_value("[TABLE]", options.table);
     table.may_be_left = true;
-    arguments.add_option("--labels", std::move(table),
-                         "INPUT is a label map, as a DICOM segmentation always is: extract a surface for "
-                         "each label. TABLE holds names and colours, "
-                         "as 3D Slicer or ITK-SNAP writes them, or one 'LABEL NAME' a line.");
+    arguments.add_option(
+        "--labels", std::move(table),
+        "INPUT is a label map, as a segmentation of DICOM or 3D Slicer always is: extract a surface for "
+        "each label. TABLE holds names and colours, "
+        "as 3D Slicer or ITK-SNAP writes them, or one 'LABEL NAME' a line.");
     arguments.add_option("--relax", integer_value("N", options.relax, 0, std::numeric_limits<int>::max()),
                          "Smooth the surfaces of labels with N passes; default: 40, 0: none.");
     arguments.add_option("--only", text_value("LABEL[,LABEL]", options.only),
@@ -256,11 +274,11 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
     SurfaceJob job(options.job, console, stop);
     const std::vector<fs::path> pattern = file_pattern(options);
     job.check_outputs(pattern);
-    LabelTable table = options.table.empty() ? LabelTable{} : read_label_table(options.table);
+    const LabelTable given = options.table.empty() ? LabelTable{} : read_label_table(options.table);
 
     const std::vector<Volume> maps = read_maps(options, job);
     SurfaceResults& results = job.results;
-    if (options.table.empty()) table = results.info.series.labels;
+    const LabelTable table = with_entries(results.info.series.labels, given);
     Counts counts;
     for (const Volume& map : maps) {
         job.stage("count", [&](const Progress& progress) {
@@ -278,7 +296,7 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
     else if (!options.segmentation)
         refuse_scan(options.job.scan.path, counts, maps[0]);
     const std::map<std::int64_t, fs::path> files = name_files(options, labels);
-    warn_of_table(options.table, table, labels, results.warnings);
+    warn_of_table(options.table, given, labels, results.warnings);
     job.print_warnings();
 
     for (const Volume& map : maps) {
@@ -297,6 +315,7 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
                         results.surfaces);
     });
     warn_of_loss(results.surfaces, results.warnings);
+    warn_of_rounding(maps[0].geometry(), results.warnings);
     for (Surface& surface : results.surfaces) surface.output = files.at(*surface.label);
     warn_of_coinciding_points(results.surfaces, "if that matters, write .3mf or .ply", results.warnings);
     job.deliver();

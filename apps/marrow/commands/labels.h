@@ -12,7 +12,7 @@ namespace marrow::apps {
 
 struct LabelsOptions {
     SurfaceJobOptions job;
-    bool segmentation = false;  ///< of DICOM
+    bool segmentation = false;  ///< of DICOM or 3D Slicer
     std::optional<CropBox> crop;
     std::filesystem::path table;      ///< names and colours; empty: none
     int relax = 40;                   ///< smoothing passes

@@ -1,6 +1,7 @@
 // Extracts an isosurface of a scan that does not fit in memory.
 #include "stream.h"
 
+#include <algorithm>
 #include <fstream>
 
 #include <fmt/format.h>
@@ -32,6 +33,16 @@ std::size_t program_memory() {
     std::size_t pages = 0, resident_pages = 0;
     std::ifstream("/proc/self/statm") >> pages >> resident_pages;
     return resident_pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + kBuffers;
+}
+
+[[noreturn]] void throw_empty(double isovalue, const Geometry& geometry, bool open,
+                              std::int64_t non_finite_samples) {
+    if (open && *std::min_element(geometry.dims.begin(), geometry.dims.end()) < 2)
+        throw EmptySurface("an open surface needs at least 2 samples along each axis: leave --open out");
+    if (non_finite_samples == geometry.sample_count())
+        throw EmptySurface("the scan has no finite sample, so there is no surface");
+    throw EmptySurface(fmt::format("no surface at isovalue {}: all finite samples are on one side of it",
+                                   value_text(isovalue)));
 }
 
 }  // namespace
@@ -69,14 +80,13 @@ void run(const StreamOptions& options, const Console& console, const std::atomic
     SurfaceWriter writer(surface.output, {space, {}});
     SurfaceSink sink = writer.sink();
     const auto begin = sink.begin;
+    IsosurfaceStats stats;
     sink.begin = [&](std::uint64_t points, std::uint64_t triangles, bool with_normals) {
         if (triangles == 0)
-            throw EmptySurface(fmt::format("no surface at isovalue {}: all samples are on one side of it",
-                                           value_text(surface.isovalue)));
+            throw_empty(surface.isovalue, source.geometry, options.open, stats.non_finite_samples);
         surface.in_slabs = {points, triangles};
         begin(points, triangles, with_normals);
     };
-    IsosurfaceStats stats;
     results.seconds.extract = reporter.stage("extract", [&](const Progress& progress) {
         extract_isosurface_in_slabs(source, surface.isovalue, sink,
                                     {.memory = *options.memory, .reserved = program_memory()},

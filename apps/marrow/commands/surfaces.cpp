@@ -68,7 +68,7 @@ bool has(const std::vector<std::string>& given, std::string_view option) {
     return std::find(given.begin(), given.end(), option) != given.end();
 }
 
-// Whether the surfaces are those of a DICOM segmentation, which is a label map without --labels too, unless
+// Whether the surfaces are those of a segmentation, which is a label map without --labels too, unless
 // an isovalue is given.
 bool is_of_segmentation(const std::vector<std::string>& given, const SurfaceJobOptions& job,
                         const Console& console, const std::atomic<bool>& stop) {
@@ -90,12 +90,12 @@ Mode mode_of(const std::vector<std::string>& given, bool segmentation) {
 
 std::string why_not(Mode mode, std::string_view option) {
     if (option == "--device")
-        return "--device is for isosurfaces of a scan in memory: leave it out with --labels, a DICOM "
+        return "--device is for isosurfaces of a scan in memory: leave it out with --labels, a "
                "segmentation or --max-memory";
     switch (mode) {
         case kLabels:
             return fmt::format(
-                "{} does not go with --labels or a DICOM segmentation: their surfaces are closed and share "
+                "{} does not go with --labels or a segmentation: their surfaces are closed and share "
                 "faces",
                 option);
         case kStream:
@@ -107,7 +107,7 @@ std::string why_not(Mode mode, std::string_view option) {
         case kExtract:
             break;
     }
-    return fmt::format("{} goes only with --labels or a DICOM segmentation", option);
+    return fmt::format("{} goes only with --labels or a segmentation", option);
 }
 
 void check_modes(Mode mode, const std::vector<std::string>& given) {

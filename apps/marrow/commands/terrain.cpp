@@ -8,6 +8,7 @@
 
 #include <marrow/measure.h>
 #include <marrow/mesh_io.h>
+#include <marrow/printable.h>
 #include <marrow/terrain.h>
 
 #include "json_report.h"

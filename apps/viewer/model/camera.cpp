@@ -45,7 +45,8 @@ Viewpoint front_left_viewpoint() {
             {0, 0, 1}};
 }
 
-void fit_camera(vtkCamera* camera, const Viewpoint& viewpoint, double aspect, const Points& points) {
+void fit_camera(vtkCamera* camera, const Viewpoint& viewpoint, double aspect, double closest,
+                const Points& points) {
     const Vec3d& towards = viewpoint.towards_viewer;
     const Vec3d right = unit(cross(viewpoint.up, towards)), up = cross(towards, right);
     const auto each_point = [&](auto visit) {
@@ -62,7 +63,7 @@ void fit_camera(vtkCamera* camera, const Viewpoint& viewpoint, double aspect, co
     Vec3d middle;
     for (std::size_t a = 0; a < 3; ++a) middle[a] = (lower[a] + upper[a]) / 2;
     const double slope = std::tan(camera->GetViewAngle() / 2 * M_PI / 180);
-    double distance = 1;
+    double distance = closest;
     each_point([&](const Vec3d& p) {
         const double across = std::max(std::abs(p[0] - middle[0]) / aspect, std::abs(p[1] - middle[1]));
         distance = std::max(distance, 1.12 * across / slope + p[2] - middle[2]);

@@ -34,8 +34,9 @@ Viewpoint front_left_viewpoint();
 using Points = std::function<void(const std::function<void(const Vec3d&)>&)>;
 
 /// Moves the camera as close as possible so that all points fit into an image with this width-to-height
-/// ratio. Does nothing without points.
-void fit_camera(vtkCamera* camera, const Viewpoint& viewpoint, double aspect, const Points& points);
+/// ratio, but no closer than `closest`, mm. Does nothing without points.
+void fit_camera(vtkCamera* camera, const Viewpoint& viewpoint, double aspect, double closest,
+                const Points& points);
 
 /// Rotates the camera about the patient's long axis, as on a turntable.
 void turn_camera(vtkCamera* camera, double degrees);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <new>
+#include <optional>
+#include <set>
 
 #include <marrow/error.h>
 
@@ -20,42 +22,72 @@ QString text_of(const std::exception& error) {
     return QString::fromStdString(apps::name_flags(error.what()));
 }
 
+// What the headers say; nothing if the options do not fit.
+std::optional<ScanReport> inspect(const fs::path& input, const ScanOptions& options) {
+    try {
+        return inspect_scan(input, options);
+    } catch (const Cancelled&) {
+        throw;
+    } catch (const Error&) {
+        return {};
+    }
+}
+
+// Spacings with which series may be read that do not state all of theirs. They agree with what is stated.
+std::set<Vec3d> spacings_to_try(const ScanReport& report) {
+    std::set<Vec3d> spacings;
+    for (const SeriesReport& series : report.series) {
+        Vec3d mm = series.series.spacing;
+        std::replace(mm.begin(), mm.end(), 0.0, 1.0);
+        if (series.refusal && mm != series.series.spacing) spacings.insert(mm);
+    }
+    return spacings;
+}
+
 // What the user could decide so that an input can be read, which it cannot be with these options.
 std::optional<OpenQuestion> question_about(const fs::path& input, const ScanOptions& options) {
     using About = OpenQuestion::About;
-    const auto inspect = [&](const ScanOptions& tried) -> std::optional<ScanReport> {
-        try {
-            return inspect_scan(input, tried);
-        } catch (const Cancelled&) {
-            throw;
-        } catch (const Error&) {
-            return {};
-        }
-    };
-    const auto opens = [](const std::optional<ScanReport>& report, const ScanOptions& tried) {
-        return report &&
-               std::any_of(report->series.begin(), report->series.end(),
-                           [&](const SeriesReport& series) { return can_be_opened(series, tried); });
-    };
-    const std::optional<ScanReport> report = inspect(options);
+    ScanOptions first = options;
+    if (!options.volume) first.volume = 0;
+    std::optional<ScanReport> report = inspect(input, first);
+    if (!report) report = inspect(input, first = options);  // the format has no volumes
     if (!report) return {};
-    const auto about = [&](About subject) { return OpenQuestion{subject, input, options, *report}; };
-    if (opens(report, options)) return about(About::series);
-    ScanOptions tried = options;
-    tried.spacing = Vec3d{1, 1, 1};
-    if (!options.spacing && opens(inspect(tried), tried)) return about(About::spacing);
-    tried = options;
-    tried.resample = true;
-    if (!options.resample && opens(inspect(tried), tried)) return about(About::uneven_slices);
-    return {};
+    OpenQuestion question{About::series, input, options, *report, std::vector<bool>(report->series.size())};
+    // Whether a decision about this is the next one: only one series is meant, and it can be read then.
+    const auto is_next = [&](About about, const std::optional<ScanReport>& tried) {
+        if (!tried) return false;
+        for (std::size_t i = 0; i < tried->series.size(); ++i) {
+            if (!tried->series[i].refusal) question.readable[i] = true;
+        }
+        if (!tried->chosen) return false;
+        question.about = about;
+        question.report.series = {report->series[*tried->chosen]};
+        question.readable = {true};
+        return true;
+    };
+    if (is_next(About::series, report)) return question;  // for one of its volumes
+    if (!options.spacing) {
+        ScanOptions spaced = first;
+        for (const Vec3d& mm : spacings_to_try(*report)) {
+            spaced.spacing = mm;
+            if (is_next(About::spacing, inspect(input, spaced))) return question;
+        }
+    }
+    const std::vector<bool>& readable = question.readable;
+    if (!options.resample && std::find(readable.begin(), readable.end(), false) != readable.end()) {
+        ScanOptions even = first;
+        even.resample = true;
+        if (is_next(About::uneven_slices, inspect(input, even))) return question;
+    }
+    // The report gives the refusal of a series as its reason if no other series is meant.
+    const bool one_is_meant =
+        std::any_of(report->series.begin(), report->series.end(),
+                    [&](const SeriesReport& series) { return series.refusal == report->reason; });
+    const bool any = std::find(readable.begin(), readable.end(), true) != readable.end();
+    return any && !one_is_meant ? std::optional(question) : std::nullopt;
 }
 
 }  // namespace
-
-bool can_be_opened(const SeriesReport& series, const ScanOptions& options) {
-    // The headers give a geometry if nothing but a choice is missing.
-    return !series.refusal || (series.volume_count > 1 && series.geometry && !options.volume);
-}
 
 // Does nothing if the request was cancelled or replaced in the meantime.
 template <class Action>

@@ -4,6 +4,7 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include <QObject>
 #include <QString>
@@ -14,9 +15,6 @@
 
 namespace marrow::viewer {
 
-/// Whether a series can be read, perhaps after one of its volumes is chosen.
-bool can_be_opened(const SeriesReport& series, const ScanOptions& options);
-
 /// What the user has to decide before an input can be opened.
 struct OpenQuestion {
     enum class About { series, spacing, uneven_slices };
@@ -24,7 +22,10 @@ struct OpenQuestion {
     About about;
     std::filesystem::path input;
     ScanOptions options;
-    ScanReport report;  ///< with these options
+    /// With these options; of a series with several volumes, about the one that they name, or the first. If
+    /// only one series is meant, the report has no others.
+    ScanReport report;
+    std::vector<bool> readable;  ///< which of its series can be read, perhaps after further questions
 };
 
 class Loader : public QObject {

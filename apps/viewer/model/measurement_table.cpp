@@ -4,6 +4,14 @@
 #include <marrow/atomic_file.h>
 
 namespace marrow::viewer {
+namespace {
+
+// With nine digits, a position 100 mm from the origin is exact to a nanometre.
+QString text_of(double number) {
+    return QString::number(number, 'g', 9);
+}
+
+}  // namespace
 
 void write_measurements(const std::vector<Measurement>& measurements, const std::filesystem::path& file) {
     QString text = "number,kind,value,unit,x1,y1,z1,x2,y2,z2,x3,y3,z3\n";
@@ -13,12 +21,11 @@ void write_measurements(const std::vector<Measurement>& measurements, const std:
         text += QString("%1,%2,%3,%4")
                     .arg(i + 1)
                     .arg(distance ? "distance" : "angle")
-                    .arg(m.value(), 0, 'f', 3)
+                    .arg(text_of(m.value()))
                     .arg(distance ? "mm" : "degrees");
         for (std::size_t point = 0; point < 3; ++point) {
             for (std::size_t a = 0; a < 3; ++a)
-                text +=
-                    "," + (point < m.points.size() ? QString::number(m.points[point][a], 'f', 3) : QString());
+                text += "," + (point < m.points.size() ? text_of(m.points[point][a]) : QString());
         }
         text += "\n";
     }

@@ -32,7 +32,7 @@ std::shared_ptr<const Scan> open_scan(const std::filesystem::path& input, const 
     }
     scan->hounsfield = !scan->histogram.counts.empty() &&
                        presets_apply(scan->info.series.modality, scan->info.format, scan->histogram.lower);
-    if (scan->info.series.modality.empty() && apps::looks_like_label_map(scan->volume))
+    if (apps::is_label_map(scan->volume, scan->info.series))
         scan->info.warnings.push_back(
             "the samples look like labels: an isosurface encloses all labels above the isovalue, and on the "
             "command line --labels makes a surface of each");

@@ -24,7 +24,7 @@ constexpr std::array<std::array<double, 3>, 5> kColours{
 Window default_window(const Scan& scan) {
     if (scan.hounsfield) return {300, 1500};
     const Histogram& h = scan.histogram;
-    if (h.counts.empty() || h.upper <= h.lower) return {h.lower, 1};
+    if (h.counts.empty() || h.upper <= h.lower) return window_of_all_values(h);
     std::int64_t all = 0;
     for (const std::int64_t n : h.counts) all += n;
     const double bin = (h.upper - h.lower) / static_cast<double>(h.counts.size());
@@ -74,6 +74,10 @@ QString surface_name(const Scan& scan, const SurfaceParameters& surface) {
             return QString::fromUtf8(preset.name.data(), static_cast<int>(preset.name.size()));
     }
     return scan.otsu == surface.isovalue ? "otsu" : "surface";
+}
+
+Window window_of_all_values(const Histogram& h) {
+    return {(h.lower + h.upper) / 2, h.upper > h.lower ? h.upper - h.lower : 1};
 }
 
 double Measurement::value() const {

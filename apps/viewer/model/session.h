@@ -1,6 +1,7 @@
 /// The state of the viewer: the scan, all parameters, and undo. Independent of widgets.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <functional>
@@ -76,7 +77,13 @@ struct Window {
     double centre = 0;
     double width = 1;
     bool operator==(const Window&) const = default;
+
+    /// How many of the 255 steps from black to white a difference of 1 takes; finite even without a width.
+    double greys_per_value() const { return 255 / std::max(width, 1e-300); }
 };
+
+/// The window of all values; its width is 1 if they are equal.
+Window window_of_all_values(const Histogram& histogram);
 
 /// Everything that undo covers.
 struct Parameters {

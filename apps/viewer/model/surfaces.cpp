@@ -143,6 +143,14 @@ std::shared_ptr<const Shape> Surfaces::exact(int id) const {
     return it == states_.end() || !it->second.exact ? nullptr : it->second.newest;
 }
 
+std::vector<int> Surfaces::unfinished() const {
+    std::vector<int> ids;
+    for (const SurfaceParameters& surface : session_.parameters().surfaces) {
+        if (surface.visible && !exact(surface.id)) ids.push_back(surface.id);
+    }
+    return ids;
+}
+
 QString Surfaces::failure(int id) const {
     const auto it = states_.find(id);
     return it == states_.end() ? QString() : it->second.failure;

@@ -19,10 +19,10 @@ std::optional<CropSide> CropDrag::side_at(const QPoint& point) const {
     double distance = kReach;
     for (const CropSide& side : kCropSides) {
         const Vec3d index = CropBox::handle(session_.crop(), side);
-        const QPointF to =
-            projection_.widget_point(session_.scan()->volume.geometry().physical(index)) - point;
-        if (std::hypot(to.x(), to.y()) > distance) continue;
-        distance = std::hypot(to.x(), to.y());
+        const std::optional<QPointF> at =
+            projection_.widget_point(session_.scan()->volume.geometry().physical(index));
+        if (!at || std::hypot(at->x() - point.x(), at->y() - point.y()) > distance) continue;
+        distance = std::hypot(at->x() - point.x(), at->y() - point.y());
         nearest = side;
     }
     return nearest;

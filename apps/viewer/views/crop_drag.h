@@ -13,8 +13,9 @@ namespace marrow::viewer {
 
 /// How a 3D view maps between space and its widget.
 struct Projection {
-    std::function<QPointF(const Vec3d&)> widget_point;  ///< of a position
-    std::function<Ray(const QPoint&)> ray_at;           ///< from the camera through a point of the widget
+    /// The point of the widget at which a position is drawn; nothing behind the camera.
+    std::function<std::optional<QPointF>(const Vec3d&)> widget_point;
+    std::function<Ray(const QPoint&)> ray_at;  ///< from the camera through a point of the widget
 };
 
 class CropDrag {

@@ -86,7 +86,7 @@ void CutFace::show(const Scan& scan, const SampleBox& box, Plane plane, const Ve
     pixels_->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
     auto* to = static_cast<unsigned char*>(pixels_->GetScalarPointer());
     const double black = window.centre - window.width / 2;
-    const double scale = 255 / std::max(window.width, 1e-12);
+    const double scale = window.greys_per_value();
     const SliceRange range = slice_range(slice, box, through);
     const float* from = samples.data();
     for (std::int64_t v = 0; v < height; ++v) {

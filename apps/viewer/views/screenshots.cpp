@@ -1,5 +1,7 @@
-// Encodes images and steps through a turn of the camera.
+// Encodes images, waits for surfaces and steps through a turn of the camera.
 #include "screenshots.h"
+
+#include <utility>
 
 #include <QBuffer>
 
@@ -7,6 +9,11 @@
 #include <marrow/error.h>
 
 namespace marrow::viewer {
+namespace {
+
+constexpr int kWait = 20;  // ms until a picture looks again whether the surfaces are ready
+
+}  // namespace
 
 void write_png(const QImage& image, const std::filesystem::path& file) {
     QByteArray bytes;
@@ -22,33 +29,42 @@ std::filesystem::path turntable_image(const std::filesystem::path& folder, int f
     return folder / QString("frame-%1.png").arg(frame, 4, 10, QChar('0')).toStdString();
 }
 
-Turntable::Turntable(SurfaceView& view, int frames, const QSize& size, const QString& folder)
-    : QObject(&view), view_(view), frames_(frames), size_(size), folder_(folder), start_(view.camera()) {
-    connect(&timer_, &QTimer::timeout, this, &Turntable::step);
-    timer_.start(0);
+Pictures::Pictures(SurfaceView& view, Surfaces& surfaces, int frames, const QSize& size, Use use)
+    : QObject(&view), view_(view), surfaces_(surfaces), frames_(frames), size_(size), use_(std::move(use)) {
+    timer_.setSingleShot(true);
+    connect(&timer_, &QTimer::timeout, this, &Pictures::step);
 }
 
 // Each angle is from the start, because the user may turn the view in between.
-void Turntable::step() {
-    try {
-        if (frame_ == frames_) return end(tr("Wrote %1 images to %2.").arg(frames_).arg(folder_), false);
-        view_.set_camera(start_);
-        view_.turn(360.0 * frame_ / frames_);
-        write_png(view_.screenshot(size_), turntable_image(folder_.toStdString(), frame_));
-        emit progressed(++frame_);
-    } catch (const std::exception& error) {
-        end(QString::fromUtf8(error.what()), true);
+void Pictures::step() {
+    const std::vector<int> unfinished = surfaces_.unfinished();
+    for (const int id : unfinished) {
+        if (const QString failure = surfaces_.failure(id); !failure.isEmpty()) return end(failure);
     }
+    if (!unfinished.empty()) {
+        surfaces_.settle();
+        timer_.start(kWait);
+        if (!std::exchange(waiting_, true)) emit waiting();
+        return;
+    }
+    waiting_ = false;
+    if (!start_) start_ = view_.camera();
+    try {
+        view_.set_camera(*start_);
+        view_.turn(360.0 * frame_ / frames_);
+        use_(view_.screenshot(size_), frame_);
+    } catch (const std::exception& error) {
+        return end(QString::fromUtf8(error.what()));
+    }
+    if (++frame_ == frames_) return end({});
+    timer_.start(0);
+    emit progressed(frame_);
 }
 
-void Turntable::cancel() {
-    end(tr("Turntable cancelled. Wrote %1 of %2 images to %3.").arg(frame_).arg(frames_).arg(folder_), false);
-}
-
-void Turntable::end(const QString& message, bool error) {
+void Pictures::end(const QString& error) {
     timer_.stop();
-    view_.set_camera(start_);
-    emit finished(message, error);
+    if (start_) view_.set_camera(*start_);
+    emit finished(frame_, error);
     deleteLater();
 }
 

@@ -347,8 +347,15 @@ void SurfaceView::set_crosshair_visible(bool visible) {
 
 // Fits at most some 20,000 points of each visible surface, which is close enough.
 void SurfaceView::look(const Viewpoint& viewpoint) {
+    const Scan* scan = session_.scan();
+    if (!scan) return;
     const double aspect = std::max(0.1, static_cast<double>(width()) / std::max(1, height()));
-    fit_camera(scene_->main->GetActiveCamera(), viewpoint, aspect, [&](const auto& visit) {
+    // VTK draws nothing nearer than a thousandth of the distance to the farthest corner of the scan.
+    const Geometry& g = scan->volume.geometry();
+    const Vec3d last{static_cast<double>(g.dims[0]), static_cast<double>(g.dims[1]),
+                     static_cast<double>(g.dims[2])};
+    const double closest = length(g.physical(last) - g.physical({-1, -1, -1})) / 500;
+    fit_camera(scene_->main->GetActiveCamera(), viewpoint, aspect, closest, [&](const auto& visit) {
         for (const auto& [id, surface] : scene_->surfaces) {
             if (!surface.shape() || !surface.visible()) continue;
             const auto& points = surface.shape()->mesh->points;
@@ -542,14 +549,16 @@ std::optional<Vec3d> SurfaceView::position_at(const QPoint& point) const {
     return {};
 }
 
-QPointF SurfaceView::widget_point(const Vec3d& position) const {
+std::optional<QPointF> SurfaceView::widget_point(const Vec3d& position) const {
+    // The projection would mirror it.
+    if (dot(position - camera().position, view_direction()) <= 0) return {};
     vtkRenderer* renderer = scene_->main;
     renderer->SetWorldPoint(position[0], position[1], position[2], 1);
     renderer->WorldToDisplay();
     double p[3];
     renderer->GetDisplayPoint(p);
     const double ratio = devicePixelRatioF();
-    return {p[0] / ratio, height() - 1 - p[1] / ratio};
+    return QPointF(p[0] / ratio, height() - 1 - p[1] / ratio);
 }
 
 Vec3d SurfaceView::view_direction() const {

@@ -38,7 +38,7 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void turn(double degrees);
     /// While the view moves, it draws previews if full frames are slow.
     void set_moving(bool moving);
-    /// Draws the view at a size in pixels, never with previews of surfaces whose full shapes are known.
+    /// Draws the view at a size in pixels, with previews only of surfaces that Surfaces::unfinished() names.
     QImage screenshot(const QSize& size);
 
     /// The position on a surface, or on the cut through one, at a point of the widget; nothing beside them.
@@ -46,8 +46,8 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     std::optional<Vec3d> position_at(const QPoint& point) const;
     /// The ray from the camera through a point of the widget.
     Ray ray_at(const QPoint& point) const;
-    /// The point of the widget at which a position is drawn.
-    QPointF widget_point(const Vec3d& position) const;
+    /// The point of the widget at which a position is drawn; nothing behind the camera.
+    std::optional<QPointF> widget_point(const Vec3d& position) const;
     /// The unit vector from the camera to its focal point.
     Vec3d view_direction() const;
 

@@ -14,10 +14,6 @@
 namespace marrow::viewer {
 namespace {
 
-Window full_window(const Histogram& h) {
-    return {(h.lower + h.upper) / 2, std::max(h.upper - h.lower, 1e-6)};
-}
-
 QString window_action(const WindowPreset& preset) {
     return QString("window_%1").arg(preset.name).toLower().replace(' ', '_');
 }
@@ -49,6 +45,7 @@ QAction* Actions::add(const QString& name, const QString& text, const QKeySequen
     result->setObjectName(name);
     result->setShortcut(shortcut);
     result->setToolTip(with_key(tip, shortcut));
+    connect(result, &QAction::triggered, this, &Actions::triggered);  // before the slots of the action
     window_->addAction(result);
     actions_[name] = result;
     return result;
@@ -69,14 +66,20 @@ void Actions::make_file_and_edit() {
     add("frames", tr("Save turntable…"), {}, tr("Save one full turn as PNG images"));
     add("quit", tr("Quit"), QKeySequence::Quit, tr("Quit Marrow Viewer"));
 
-    QAction* undo = session_.undo_stack().createUndoAction(window_, tr("Undo"));
+    QUndoStack& stack = session_.undo_stack();
+    QAction* undo = stack.createUndoAction(window_, tr("Undo"));
     undo->setObjectName("undo");
     undo->setShortcut(QKeySequence::Undo);
     undo->setToolTip(with_key(tr("Undo the last change"), undo->shortcut()));
-    QAction* redo = session_.undo_stack().createRedoAction(window_, tr("Redo"));
+    QAction* redo = stack.createRedoAction(window_, tr("Redo"));
     redo->setObjectName("redo");
     redo->setShortcuts({QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")});
     redo->setToolTip(with_key(tr("Redo what was undone"), redo->shortcut()));
+    for (const auto& [action, slot] : {std::pair{undo, &QUndoStack::undo}, {redo, &QUndoStack::redo}}) {
+        action->disconnect(&stack);  // and connect it after the signal
+        connect(action, &QAction::triggered, this, &Actions::triggered);
+        connect(action, &QAction::triggered, &stack, slot);
+    }
     actions_["undo"] = undo;
     actions_["redo"] = redo;
     window_->addActions({undo, redo});
@@ -177,7 +180,7 @@ void Actions::make_windows() {
         add("window_full", tr("All values"), {}, tr("Show values from the lowest to the highest"));
     full->setCheckable(true);
     connect(full, &QAction::triggered, this,
-            [this, choose] { choose(full_window(session_.scan()->histogram)); });
+            [this, choose] { choose(window_of_all_values(session_.scan()->histogram)); });
 }
 
 void Actions::connect_to_session() {
@@ -348,7 +351,7 @@ void Actions::follow() {
         action->setEnabled(scan && scan->hounsfield);
         action->setChecked(scan && scan->hounsfield && p.window == preset.window);
     }
-    actions_["window_full"]->setChecked(scan && p.window == full_window(scan->histogram));
+    actions_["window_full"]->setChecked(scan && p.window == window_of_all_values(scan->histogram));
     actions_["next_surface"]->setEnabled(p.surfaces.size() > 1);
     actions_["whole_scan"]->setEnabled(p.crop.has_value());
     actions_["save_measurements"]->setEnabled(!p.measurements.empty());

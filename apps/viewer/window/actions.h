@@ -31,6 +31,9 @@ class Actions : public QObject {
     /// The row of tools below the menus, which the window places.
     QWidget* tool_bar() { return tool_bar_; }
 
+  signals:
+    void triggered();  ///< before the action does anything
+
   private:
     QAction* add(const QString& name, const QString& text, const QKeySequence& shortcut, const QString& tip);
     void make_file_and_edit();

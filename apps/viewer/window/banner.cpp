@@ -16,6 +16,7 @@ Banner::Banner(QWidget* window, QWidget* area) : QFrame(window), window_(window)
     layout->setContentsMargins(14, 8, 8, 8);
     text_ = new QLabel;
     text_->setObjectName("banner_text");
+    text_->setTextFormat(Qt::PlainText);
     text_->setWordWrap(true);
     text_->setTextInteractionFlags(Qt::TextSelectableByMouse);
     layout->addWidget(text_, 1);

@@ -12,6 +12,7 @@
 
 #include <marrow/tissue_presets.h>
 
+#include "field_steps.h"
 #include "model/export_formats.h"
 
 namespace marrow::viewer {
@@ -55,10 +56,7 @@ ControlBar::ControlBar(Session& session, QAction* copy)
 
     connect(isovalue_, qOverload<double>(&QDoubleSpinBox::valueChanged), this,
             [this](double value) { session_.set_isovalue(value); });
-    // A typed value is a step of its own, and not one with those of the arrow keys before.
-    connect(isovalue_->findChild<QLineEdit*>(), &QLineEdit::textEdited, this,
-            [this] { session_.end_step(); });
-    connect(isovalue_, &QDoubleSpinBox::editingFinished, this, [this] { session_.end_step(); });
+    new FieldSteps(isovalue_, session_);
     connect(&session_, &Session::scan_changed, this, &ControlBar::follow_scan);
     connect(&session_, &Session::parameters_changed, this, &ControlBar::follow_parameters);
 }

@@ -5,6 +5,7 @@
 #include <QSignalBlocker>
 #include <QVariant>
 
+#include "field_steps.h"
 #include "model/number_text.h"
 #include "views/slice_geometry.h"
 
@@ -30,11 +31,10 @@ CropSection::CropSection(Session& session) : session_(session) {
             box->setToolTip(upper ? tr("Last sample of the crop box on this axis")
                                   : tr("First sample of the crop box on this axis"));
             connect(box, qOverload<int>(&QSpinBox::valueChanged), this, [this, a, upper](int sample) {
-                session_.end_step();
                 session_.move_crop_side({a, upper}, sample);
-                session_.end_step();
                 follow_parameters();  // the session may have limited the move
             });
+            new FieldSteps(box, session_);
             grid->addWidget(box, axis, upper ? 2 : 1);
             numbers_[a][upper] = box;
         }

@@ -31,6 +31,7 @@ QMessageBox* replace_box(const QString& title, const std::vector<std::filesystem
             : QObject::tr("%1 and %2 more exist already.").arg(first, QString::number(existing.size() - 1)),
         QMessageBox::Cancel, parent);
     box->setObjectName("replace_box");
+    box->setTextFormat(Qt::PlainText);
     box->setAttribute(Qt::WA_DeleteOnClose);
     box->addButton(QObject::tr("Replace"), QMessageBox::AcceptRole)->setObjectName("replace");
     return box;
@@ -178,6 +179,7 @@ QLayout* ExportDialog::make_form(const QString& folder) {
     form->addRow(tr("Save to"), file_row);
     size_ = new QLabel;
     size_->setObjectName("size");
+    size_->setTextFormat(Qt::PlainText);
     size_->setProperty("role", "faint");
     form->addRow(QString(), size_);
     return form;

@@ -19,18 +19,30 @@ void set_content(QObject* field, const QVariant& value) {
     field->setProperty(qobject_cast<QAbstractSpinBox*>(field) ? "value" : "text", value);
 }
 
+bool is_field(const QWidget* widget) {
+    return qobject_cast<const QAbstractSpinBox*>(widget) || qobject_cast<const QLineEdit*>(widget);
+}
+
 constexpr const char* kBefore = "content_before";
 
 }  // namespace
 
-FieldKeys::FieldKeys(QWidget* window, QWidget* next) : QObject(window), next_(next) {
-    connect(qApp, &QApplication::focusChanged, this, [this, window](QWidget* old, QWidget* now) {
+FieldKeys::FieldKeys(QWidget* window) : QObject(window), window_(window) {
+    connect(qApp, &QApplication::focusChanged, this, [this](QWidget* old, QWidget* now) {
         if (old) old->removeEventFilter(this);
-        const bool field = qobject_cast<QAbstractSpinBox*>(now) || qobject_cast<QLineEdit*>(now);
-        if (!field || now->window() != window) return;
+        if (!is_field(now) || now->window() != window_) return;
         now->setProperty(kBefore, content(now));
         now->installEventFilter(this);
     });
+}
+
+void FieldKeys::accept() {
+    if (QWidget* field = window_->focusWidget(); is_field(field)) leave(field);
+}
+
+void FieldKeys::leave(QWidget* field) {
+    field->clearFocus();  // it takes over its text
+    emit left();
 }
 
 bool FieldKeys::eventFilter(QObject* field, QEvent* event) {
@@ -41,7 +53,7 @@ bool FieldKeys::eventFilter(QObject* field, QEvent* event) {
     event->accept();  // so that Esc is no shortcut here
     if (event->type() == QEvent::ShortcutOverride) return true;
     if (restore) set_content(field, field->property(kBefore));
-    next_->setFocus();  // a field takes over its text when it loses the keyboard
+    leave(static_cast<QWidget*>(field));
     return true;
 }
 

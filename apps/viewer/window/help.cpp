@@ -39,7 +39,7 @@ void show_keys(QWidget* parent) {
         {"Ctrl+O, Ctrl+Shift+O", QObject::tr("open a file, a folder")},
         {"Ctrl+S, Ctrl+P, Ctrl+Shift+S", QObject::tr("export, screenshot, save the session")},
         {"Ctrl+C, Ctrl+Shift+C", QObject::tr("copy the picture, the command line")},
-        {"Ctrl+Z, Ctrl+Shift+Z", QObject::tr("undo, redo")},
+        {"Ctrl+Z, Ctrl+Shift+Z or Ctrl+Y", QObject::tr("undo, redo")},
         {"W, S", QObject::tr("next draw mode: surface, edges, wireframe, points; draw surfaces")},
         {"R", QObject::tr("reset all views")},
         {"1 … 6", QObject::tr("view from anterior, posterior, left, right, superior, inferior")},
@@ -59,6 +59,7 @@ void show_keys(QWidget* parent) {
         {QObject::tr("Slice: arrow keys, page keys"), QObject::tr("one slice, ten slices")},
         {QObject::tr("Double click"), QObject::tr("show only this view, or all views again")},
         {QObject::tr("Drag an end of a measurement"), QObject::tr("move it")},
+        {QObject::tr("Delete in the list of measurements"), QObject::tr("remove the selected ones")},
         {QObject::tr("Histogram: drag, arrow and page keys"), QObject::tr("isovalue")},
         {QObject::tr("Histogram: wheel"), QObject::tr("zoom")}};
     QString text = "<table cellpadding='5'>";

@@ -17,7 +17,6 @@
 #include <QStatusBar>
 #include <QVBoxLayout>
 
-#include "field_keys.h"
 #include "help.h"
 #include "model/measurement_table.h"
 #include "panel_wheel.h"
@@ -52,6 +51,7 @@ MainWindow::MainWindow(std::optional<std::size_t> device, QWidget* parent)
     setWindowTitle("Marrow Viewer");
     setAcceptDrops(true);
     resize(QSize(1440, 900).boundedTo(screen()->availableSize() - kFrame));
+    fields_ = new FieldKeys(this);
     actions_ = new Actions(this, session_);
     make_views();
     banner_ = new Banner(this, stack_);
@@ -60,7 +60,6 @@ MainWindow::MainWindow(std::optional<std::size_t> device, QWidget* parent)
     connect_views();
     connect_loader();
     connect_writer();
-    new FieldKeys(this, view_);
     restore_settings();
     welcome_->setFocus();
 }
@@ -117,10 +116,12 @@ void MainWindow::make_views() {
 void MainWindow::make_status_bar() {
     facts_ = new QLabel;
     facts_->setObjectName("facts");
+    facts_->setTextFormat(Qt::PlainText);
     facts_->setContentsMargins(8, 0, 0, 0);
     statusBar()->addWidget(facts_, 1);
     device_ = new QLabel;
     device_->setObjectName("device");
+    device_->setTextFormat(Qt::PlainText);
     device_->setContentsMargins(0, 0, 8, 0);
     device_->setToolTip(tr("What extracts the surfaces (marrow view --device)"));
     progress_ = new QProgressBar;
@@ -151,6 +152,7 @@ void MainWindow::make_status_bar() {
 void MainWindow::restore_settings() {
     const QSettings settings;
     restoreGeometry(settings.value("geometry").toByteArray());
+    (*actions_)["full_screen"]->setChecked(isFullScreen());
     columns_->restoreState(settings.value("panel").toByteArray());
     views_->restore(settings.value("views").toMap());
     rows_->restoreState(settings.value("rows").toByteArray());
@@ -166,14 +168,23 @@ void MainWindow::connect_actions() {
     on("open", [this] { choose_scan(false); });
     on("open_folder", [this] { choose_scan(true); });
     on("export", [this] { export_surface(); });
-    on("screenshot", [this] { save_screenshot(); });
-    on("frames", [this] { save_turntable(); });
+    const auto on_picture = [&](const char* name, auto slot) {
+        on(name, [this, slot] {
+            if (pictures_)
+                return banner_->show_message(tr("A picture is already being taken."), Severity::error);
+            slot();
+        });
+    };
+    on_picture("screenshot", [this] { save_screenshot(); });
+    on_picture("frames", [this] { save_turntable(); });
+    on_picture("copy_picture", [this] {
+        take_pictures(
+            1, view_->size() * view_->devicePixelRatioF(),
+            [](const QImage& picture, int) { QApplication::clipboard()->setImage(picture); },
+            tr("Copied the 3D view."));
+    });
     on("save_session", [this] { choose_session_file(); });
     on("save_measurements", [this] { save_measurements(); });
-    on("copy_picture", [this] {
-        QApplication::clipboard()->setImage(view_->screenshot(view_->size() * view_->devicePixelRatioF()));
-        banner_->show_message(tr("Copied the 3D view."), Severity::note);
-    });
     on("quit", [this] { close(); });
     on("copy", [this] {
         QApplication::clipboard()->setText(command());
@@ -200,6 +211,8 @@ void MainWindow::connect_actions() {
         view_->set_moving(turn);
     });
     connect(&turning_, &QTimer::timeout, this, [this] { view_->turn(1.5); });
+    // Actions work with what is typed into a field.
+    connect(actions_, &Actions::triggered, fields_, &FieldKeys::accept);
     on("escape", [this] { cancel_or_dismiss(); });
 }
 
@@ -208,8 +221,8 @@ void MainWindow::cancel_or_dismiss() {
         loader_.cancel();
     else if (writer_.busy())
         writer_.cancel();
-    else if (turntable_)
-        turntable_->cancel();
+    else if (pictures_)
+        pictures_->cancel();
     else if (!session_.picked().empty())
         session_.clear_picked();
     else if (session_.tool() != Tool::navigate)
@@ -219,6 +232,8 @@ void MainWindow::cancel_or_dismiss() {
 }
 
 void MainWindow::connect_views() {
+    connect(fields_, &FieldKeys::left, this,
+            [this] { (views_->alone() ? views_->alone() : view_)->setFocus(); });
     connect(controls_->histogram(), &HistogramBar::released, &surfaces_, &Surfaces::settle);
     connect(welcome_, &Welcome::chosen, this,
             [this](const QString& path) { open_instead(path.toStdString()); });
@@ -234,19 +249,22 @@ void MainWindow::connect_views() {
     connect(cancel_, &QToolButton::clicked, this, [this] {
         loader_.cancel();
         writer_.cancel();
-        if (turntable_) turntable_->cancel();
+        if (pictures_) pictures_->cancel();
     });
 }
 
 void MainWindow::connect_loader() {
-    connect(&loader_, &Loader::started, this,
-            [this](const QString& name) { show_progress(tr("Opening %1…").arg(name)); });
+    connect(&loader_, &Loader::started, this, [this](const QString& name) {
+        banner_->hide();  // it may say why another input cannot be opened
+        show_progress(tr("Opening %1…").arg(name));
+    });
     connect(&loader_, &Loader::progressed, this,
             [this](double fraction) { progress_->setValue(int(1000 * fraction)); });
     connect(&loader_, &Loader::finished, this, &MainWindow::hide_progress);
     connect(&loader_, &Loader::opened, this,
             [this](const auto& input, const auto& scan, const auto& session) {
                 const auto proceed = [=, this] { show_opened(input, scan, session); };
+                fields_->accept();  // which is a change, too
                 changed_since_open_ ? discard_work(proceed) : proceed();
             });
     connect(&loader_, &Loader::undecided, this, &MainWindow::ask);
@@ -277,7 +295,7 @@ void MainWindow::connect_writer() {
 void MainWindow::show_opened(const fs::path& input, const std::shared_ptr<const Scan>& scan,
                              const std::shared_ptr<const SavedSession>& session) {
     banner_->hide();
-    if (turntable_) turntable_->cancel();  // it would go on with the other scan
+    if (pictures_) pictures_->cancel();  // they would show the other scan
     session_.set_scan(scan);
     if (session) {
         session_.resume(session->parameters, session->crosshair);
@@ -285,7 +303,7 @@ void MainWindow::show_opened(const fs::path& input, const std::shared_ptr<const 
     }
     session_file_ = session ? input : fs::path();
     remember(input);
-    QString warnings;
+    QString warnings = std::exchange(next_remark_, {});
     for (const std::string& warning : scan->info.warnings)
         warnings +=
             (warnings.isEmpty() ? "" : "\n") + sentence(QString::fromStdString(apps::name_flags(warning)));
@@ -324,14 +342,19 @@ void MainWindow::hide_progress() {
 
 void MainWindow::open(const fs::path& input, const ScanOptions& options) {
     changed_since_open_ = false;
+    next_remark_.clear();
     loader_.open(input, options);
 }
 
-void MainWindow::open_instead(const fs::path& input) {
-    discard_work([this, input] { open(input); });
+void MainWindow::open_instead(const fs::path& input, const QString& remark) {
+    discard_work([=, this] {
+        open(input);
+        next_remark_ = remark;
+    });
 }
 
 void MainWindow::discard_work(const std::function<void()>& proceed) {
+    fields_->accept();
     if (!session_.has_unsaved_work()) return proceed();
     auto* box = new QMessageBox(QMessageBox::NoIcon, tr("Save the session?"),
                                 tr("The surfaces, crop box and measurements of this scan are not saved."),
@@ -381,7 +404,7 @@ bool MainWindow::save_session(const SavedSession& saved, const std::shared_ptr<c
         return false;
     }
     if (scan == session_.shared_scan()) {
-        session_.set_saved();
+        if (saved.parameters == session_.parameters()) session_.set_saved();
         session_file_ = file;
     }
     remember(file);
@@ -429,7 +452,7 @@ void MainWindow::ask(const OpenQuestion& question) {
     };
     switch (question.about) {
         case OpenQuestion::About::series: {
-            auto* dialog = new SeriesDialog(question.input, question.options, question.report, this);
+            auto* dialog = new SeriesDialog(question, this);
             return open_if_accepted(dialog, [dialog](ScanOptions& options) { options = dialog->chosen(); });
         }
         case OpenQuestion::About::spacing: {
@@ -543,9 +566,13 @@ void MainWindow::save_screenshot() {
             const fs::path file = dialog->file().toStdString();
             apps::check_output(file, session_.scan()->input);
             apps::check_is_no_slice(file, session_.scan()->input, session_.scan()->info.format);
-            write_png(view_->screenshot(dialog->image_size()), file);
-            export_folder_ = QFileInfo(dialog->file()).path();
-            banner_->show_message(tr("Wrote %1.").arg(dialog->file()), Severity::note);
+            take_pictures(
+                1, dialog->image_size(),
+                [this, file](const QImage& picture, int) {
+                    write_png(picture, file);
+                    export_folder_ = QFileInfo(from_path(file)).path();
+                },
+                tr("Wrote %1.").arg(dialog->file()));
         } catch (const std::exception& error) {
             banner_->show_message(QString::fromUtf8(error.what()), Severity::error);
         }
@@ -554,7 +581,6 @@ void MainWindow::save_screenshot() {
 }
 
 void MainWindow::save_turntable() {
-    if (turntable_) return banner_->show_message(tr("A turntable is already being saved."), Severity::error);
     auto* dialog = new ScreenshotDialog(true, {960, 720}, export_folder_, this);
     dialog->setAttribute(Qt::WA_DeleteOnClose);
     connect(dialog, &QDialog::accepted, this,
@@ -573,16 +599,36 @@ void MainWindow::start_turntable(int frames, const QSize& size, const QString& f
         return banner_->show_message(QString::fromUtf8(error.what()), Severity::error);
     }
     show_progress(tr("Saving the turntable…"));
-    turntable_ = new Turntable(*view_, frames, size, folder);
-    connect(turntable_, &Turntable::progressed, this, [this, frames](int frame) {
-        facts_->setText(tr("Image %1 of %2").arg(frame).arg(frames));
-        progress_->setValue(1000 * frame / frames);
+    take_pictures(
+        frames, size,
+        [folder](const QImage& picture, int frame) {
+            write_png(picture, turntable_image(folder.toStdString(), frame));
+        },
+        tr("Wrote %1 images to %2.").arg(QString::number(frames), folder));
+}
+
+void MainWindow::take_pictures(int frames, const QSize& size, const Pictures::Use& use, const QString& done) {
+    pictures_ = new Pictures(*view_, surfaces_, frames, size, use);
+    connect(pictures_, &Pictures::waiting, this,
+            [this] { show_progress(tr("Making the surfaces in full resolution…")); });
+    connect(pictures_, &Pictures::progressed, this, [this, frames](int taken) {
+        facts_->setText(tr("Image %1 of %2").arg(taken).arg(frames));
+        progress_->setValue(1000 * taken / frames);
     });
-    connect(turntable_, &Turntable::finished, this, [this](const QString& message, bool error) {
-        turntable_ = nullptr;
-        banner_->show_message(message, error ? Severity::error : Severity::note);
+    connect(pictures_, &Pictures::finished, this, [this, frames, done](int taken, const QString& error) {
+        pictures_ = nullptr;
         hide_progress();
+        if (!error.isEmpty())
+            banner_->show_message(error, Severity::error);
+        else if (taken == frames)
+            banner_->show_message(done, Severity::note);
+        else if (frames == 1)
+            banner_->show_message(tr("Cancelled. There is no picture."), Severity::note);
+        else
+            banner_->show_message(tr("Turntable cancelled. Wrote %1 of %2 images.").arg(taken).arg(frames),
+                                  Severity::note);
     });
+    pictures_->start();
 }
 
 void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
@@ -593,7 +639,13 @@ void MainWindow::dropEvent(QDropEvent* event) {
     const QList<QUrl> urls = event->mimeData()->urls();
     if (urls.empty() || !urls.front().isLocalFile()) return;
     event->acceptProposedAction();
-    open_instead(urls.front().toLocalFile().toStdString());
+    const fs::path first = urls.front().toLocalFile().toStdString();
+    QString remark;
+    if (urls.size() > 1)
+        remark = tr("%1 files were dropped, and only one was opened: %2. A DICOM file stands for its series. "
+                    "To open other slices, drop their folder.")
+                     .arg(QString::number(urls.size()), from_path(first.filename()));
+    open_instead(first, remark);
 }
 
 void MainWindow::resizeEvent(QResizeEvent* event) {
@@ -602,8 +654,9 @@ void MainWindow::resizeEvent(QResizeEvent* event) {
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {
-    if (turntable_) {
-        turntable_->cancel();  // and say how far it came
+    fields_->accept();
+    if (pictures_) {
+        pictures_->cancel();  // and say how far they came
         event->ignore();
         return;
     }

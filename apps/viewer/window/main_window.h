@@ -21,6 +21,7 @@
 #include "banner.h"
 #include "control_bar.h"
 #include "dialogs.h"
+#include "field_keys.h"
 #include "model/loader.h"
 #include "model/mesh_writer.h"
 #include "model/session.h"
@@ -46,7 +47,7 @@ class MainWindow : public QMainWindow {
     void write(const std::vector<ExportFile>& files, Space space);
     /// Saves what a session file holds, or shows why that fails. Returns whether it is saved.
     bool save_session(const std::filesystem::path& file);
-    bool busy() const { return loader_.busy() || writer_.busy() || turntable_; }
+    bool busy() const { return loader_.busy() || writer_.busy() || pictures_; }
 
     Session& session() { return session_; }
     const Loader& loader() const { return loader_; }
@@ -83,7 +84,8 @@ class MainWindow : public QMainWindow {
                      const std::shared_ptr<const SavedSession>& session);
     /// Calls `proceed`, but asks first if that would discard work.
     void discard_work(const std::function<void()>& proceed);
-    void open_instead(const std::filesystem::path& input);
+    /// Opens it, but asks first if that would discard work. The `remark` is shown with those about the scan.
+    void open_instead(const std::filesystem::path& input, const QString& remark = {});
     bool choose_session_file();
     SavedSession session_to_save() const;
     bool save_session(const SavedSession& saved, const std::shared_ptr<const Scan>& scan,
@@ -101,15 +103,17 @@ class MainWindow : public QMainWindow {
     void save_screenshot();
     void save_turntable();
     void start_turntable(int frames, const QSize& size, const QString& folder);
+    void take_pictures(int frames, const QSize& size, const Pictures::Use& use, const QString& done);
 
     Session session_;
     Surfaces surfaces_;
     Loader loader_;
     MeshWriter writer_;
-    Turntable* turntable_ = nullptr;  // being saved
+    Pictures* pictures_ = nullptr;  // being taken
     QString export_folder_;
     QTimer turning_;
 
+    FieldKeys* fields_;
     Actions* actions_;
     QStackedWidget* stack_;
     Welcome* welcome_;
@@ -122,7 +126,7 @@ class MainWindow : public QMainWindow {
     QLabel *facts_, *device_;
     QProgressBar* progress_;
     QToolButton *cancel_, *remarks_;
-    QString remarks_text_;
+    QString remarks_text_, next_remark_;  // what the button shows; what to show with the next scan
     std::filesystem::path session_file_;  // of the session that is shown; empty: none
     bool changed_since_open_ = false;     // so there may be work that the user did not agree to lose
     bool discards_ = false;               // the user agreed to lose the work

@@ -8,10 +8,10 @@
 #include <QHBoxLayout>
 #include <QHeaderView>
 #include <QSignalBlocker>
+#include <QTextDocument>
 #include <QVBoxLayout>
 
 #include "dialogs.h"
-#include "model/loader.h"
 #include "shared/library_options.h"
 
 namespace marrow::viewer {
@@ -68,27 +68,31 @@ QString without_place(const QString& remark, const std::string& series) {
     return remark.startsWith('\'') && end > 0 ? remark.mid(end + 3) : remark;
 }
 
-// The largest series that can be opened, images before segmentations; -1: none.
-int proposal(const ScanReport& report, const ScanOptions& options) {
+// A tool tip that shows "<" instead of taking it for HTML.
+QString tool_tip(const QString& text) {
+    return text.isEmpty() ? text : Qt::convertFromPlainText(text, Qt::WhiteSpaceNormal);
+}
+
+// The largest series that can be read, images before segmentations; -1: none.
+int proposal(const OpenQuestion& question) {
     int best = -1;
     std::pair<bool, double> most{false, -1};
-    for (std::size_t i = 0; i < report.series.size(); ++i) {
-        const SeriesInfo& info = report.series[i].series;
+    for (std::size_t i = 0; i < question.report.series.size(); ++i) {
+        const SeriesInfo& info = question.report.series[i].series;
         const auto [nx, ny, nz] = info.dims;
         const std::pair size{info.modality != "SEG",
                              static_cast<double>(nx) * static_cast<double>(ny) * static_cast<double>(nz)};
-        if (can_be_opened(report.series[i], options) && size > most) most = size, best = static_cast<int>(i);
+        if (question.readable[i] && size > most) most = size, best = static_cast<int>(i);
     }
     return best;
 }
 
 }  // namespace
 
-SeriesDialog::SeriesDialog(const std::filesystem::path& input, const ScanOptions& options, ScanReport report,
-                           QWidget* parent)
-    : QDialog(parent), options_(options), report_(std::move(report)), previews_(input, options) {
+SeriesDialog::SeriesDialog(const OpenQuestion& question, QWidget* parent)
+    : QDialog(parent), question_(question), previews_(question.input, question.options) {
     setObjectName("series_dialog");
-    const bool several = report_.series.size() > 1;
+    const bool several = question_.report.series.size() > 1;
     setWindowTitle(several ? tr("Choose a series") : tr("Choose a volume"));
     auto* layout = new QVBoxLayout(this);
     layout->setContentsMargins(18, 16, 18, 16);
@@ -126,30 +130,31 @@ SeriesDialog::SeriesDialog(const std::filesystem::path& input, const ScanOptions
         const int series = selected();
         if (series < 0 || volume < 0) return;
         volumes_[static_cast<std::size_t>(series)] = volume;
-        previews_.request(series, report_.series[static_cast<std::size_t>(series)], volume);
+        previews_.request(series, question_.report.series[static_cast<std::size_t>(series)], volume);
     });
 
-    for (const SeriesReport& series : report_.series)
-        volumes_.push_back(std::clamp<std::int64_t>(options_.volume.value_or(0), 0, series.volume_count - 1));
+    for (const SeriesReport& series : question_.report.series)
+        volumes_.push_back(
+            std::clamp<std::int64_t>(question_.options.volume.value_or(0), 0, series.volume_count - 1));
     bool remarks = false;
     for (int i = 0; i < table_->rowCount(); ++i) {
         fill_row(i);
         remarks = remarks || !table_->item(i, remarks_column)->text().isEmpty();
         const auto n = static_cast<std::size_t>(i);
-        previews_.request(i, report_.series[n], volumes_[n]);
+        previews_.request(i, question_.report.series[n], volumes_[n]);
     }
     table_->setColumnHidden(remarks_column, !remarks);
-    if (const int row = proposal(report_, options_); row >= 0) table_->selectRow(row);
+    if (const int row = proposal(question_); row >= 0) table_->selectRow(row);
     follow_selection();
     table_->setFocus();
-    const bool any_volumes = std::any_of(report_.series.begin(), report_.series.end(),
+    const bool any_volumes = std::any_of(question_.report.series.begin(), question_.report.series.end(),
                                          [](const SeriesReport& series) { return series.volume_count > 1; });
     const int height = (any_volumes ? 180 : 144) + kRowHeight * std::min(table_->rowCount(), 5);
     resize(QSize(940, height).boundedTo(parent->size() * 0.96));
 }
 
 void SeriesDialog::make_table() {
-    table_ = new QTableWidget(static_cast<int>(report_.series.size()), column_count);
+    table_ = new QTableWidget(static_cast<int>(question_.report.series.size()), column_count);
     table_->setObjectName("series");
     table_->setHorizontalHeaderLabels({{},
                                        tr("No."),
@@ -179,10 +184,9 @@ void SeriesDialog::make_table() {
 }
 
 void SeriesDialog::fill_row(int row) {
-    const SeriesReport& series = report_.series[static_cast<std::size_t>(row)];
+    const SeriesReport& series = question_.report.series[static_cast<std::size_t>(row)];
     const SeriesInfo& info = series.series;
-    const bool opens = can_be_opened(series, options_);
-    const std::string remark = !opens                     ? *series.refusal
+    const std::string remark = series.refusal             ? *series.refusal
                                : !series.warnings.empty() ? series.warnings.front()
                                                           : std::string();
     std::array<QString, column_count> texts;
@@ -196,8 +200,8 @@ void SeriesDialog::fill_row(int row) {
     texts[remarks_column] = without_place(whole_remark, info.id);
     for (int column = 0; column < column_count; ++column) {
         auto* item = new QTableWidgetItem(texts[static_cast<std::size_t>(column)]);
-        if (!opens) item->setFlags(Qt::NoItemFlags);
-        item->setToolTip(column == remarks_column ? whole_remark : from(info.id));
+        if (!question_.readable[static_cast<std::size_t>(row)]) item->setFlags(Qt::NoItemFlags);
+        item->setToolTip(tool_tip(column == remarks_column ? whole_remark : from(info.id)));
         table_->setItem(row, column, item);
     }
 }
@@ -212,11 +216,11 @@ void SeriesDialog::follow_selection() {
     open_->setEnabled(row >= 0);
     const QSignalBlocker quiet(volume_);
     volume_->clear();
-    const bool choose = row >= 0 && report_.series[static_cast<std::size_t>(row)].volume_count > 1;
+    const bool choose = row >= 0 && question_.report.series[static_cast<std::size_t>(row)].volume_count > 1;
     for (QWidget* widget : {static_cast<QWidget*>(volume_label_), static_cast<QWidget*>(volume_)})
         widget->setVisible(choose);
     if (!choose) return;
-    const SeriesReport& series = report_.series[static_cast<std::size_t>(row)];
+    const SeriesReport& series = question_.report.series[static_cast<std::size_t>(row)];
     constexpr std::int64_t kMostListed = 10000;  // a damaged header may claim any number
     for (std::int64_t i = 0; i < std::min(series.volume_count, kMostListed); ++i) {
         const auto n = static_cast<std::size_t>(i);
@@ -228,11 +232,11 @@ void SeriesDialog::follow_selection() {
 }
 
 ScanOptions SeriesDialog::chosen() const {
-    ScanOptions options = options_;
+    ScanOptions options = question_.options;
     const int row = selected();
     if (row < 0) return options;
-    const SeriesReport& series = report_.series[static_cast<std::size_t>(row)];
-    if (report_.series.size() > 1) options.series = series.series.id;
+    const SeriesReport& series = question_.report.series[static_cast<std::size_t>(row)];
+    if (question_.report.series.size() > 1) options.series = series.series.id;
     if (series.volume_count > 1) options.volume = volumes_[static_cast<std::size_t>(row)];
     return options;
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <vector>
 
 #include <QComboBox>
@@ -11,19 +10,17 @@
 #include <QPushButton>
 #include <QTableWidget>
 
-#include <marrow/scan_io.h>
-
+#include "model/loader.h"
 #include "model/previews.h"
 
 namespace marrow::viewer {
 
 /// Lists the series of an input, with pictures, and the volumes of the selected one. A series that cannot be
-/// read shows the reason.
+/// read, or not without another decision, shows the reason.
 class SeriesDialog : public QDialog {
     Q_OBJECT
   public:
-    SeriesDialog(const std::filesystem::path& input, const ScanOptions& options, ScanReport report,
-                 QWidget* parent);
+    SeriesDialog(const OpenQuestion& question, QWidget* parent);
     /// The options to open what is chosen.
     ScanOptions chosen() const;
 
@@ -34,8 +31,7 @@ class SeriesDialog : public QDialog {
     /// The index of the selected series; -1: none.
     int selected() const;
 
-    const ScanOptions options_;
-    const ScanReport report_;
+    const OpenQuestion question_;
     std::vector<std::int64_t> volumes_;  // chosen of each series
     Previews previews_;
     QTableWidget* table_;

@@ -2,11 +2,11 @@
 #include "side_panel.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <QAction>
 #include <QColorDialog>
 #include <QGridLayout>
-#include <QKeyEvent>
 #include <QMouseEvent>
 #include <QPainter>
 #include <QPainterPath>
@@ -16,6 +16,7 @@
 #include <marrow/tissue_presets.h>
 
 #include "crop_section.h"
+#include "field_steps.h"
 #include "model/number_text.h"
 
 namespace marrow::viewer {
@@ -53,25 +54,6 @@ QIcon eye(bool open, const QPalette& palette) {
     }
     return pixmap;
 }
-
-// Each press of a key or the mouse is a step of undo.
-class OpacitySlider : public QSlider {
-  public:
-    explicit OpacitySlider(Session& session) : QSlider(Qt::Horizontal), session_(session) {}
-
-  protected:
-    void keyReleaseEvent(QKeyEvent* event) override {
-        if (!event->isAutoRepeat()) session_.end_step();
-        QSlider::keyReleaseEvent(event);
-    }
-    void mouseReleaseEvent(QMouseEvent* event) override {
-        QSlider::mouseReleaseEvent(event);
-        session_.end_step();
-    }
-
-  private:
-    Session& session_;
-};
 
 QLabel* heading(const QString& text) {
     auto* label = new QLabel(text);
@@ -285,12 +267,13 @@ void SidePanel::add_opacity(QVBoxLayout* layout) {
     auto* label = new QLabel(tr("Opacity"));
     label->setProperty("role", "faint");
     row->addWidget(label);
-    opacity_ = new OpacitySlider(session_);
+    opacity_ = new QSlider(Qt::Horizontal);
     opacity_->setObjectName("opacity");
     opacity_->setRange(0, 100);
     opacity_->setToolTip(tr("Opacity of the selected surface"));
     row->addWidget(opacity_, 1);
     layout->addLayout(row);
+    new FieldSteps(opacity_, session_);
     connect(opacity_, &QSlider::valueChanged, this, [this](int percent) {
         session_.change(tr("opacity"), QString("opacity %1").arg(session_.parameters().current),
                         [&](Parameters& p) {
@@ -365,7 +348,7 @@ void SidePanel::add_refinement(QVBoxLayout* layout) {
                 [this, object_name, text, number](int value) {
                     session_.change(text.toLower(), object_name, [&](Parameters& p) { p.*number = value; });
                 });
-        connect(box, &QSpinBox::editingFinished, this, [this] { session_.end_step(); });
+        new FieldSteps(box, session_);
         grid->addWidget(label, grid->rowCount(), 0);
         grid->addWidget(box, grid->rowCount() - 1, 1);
         return box;
@@ -478,14 +461,23 @@ void SidePanel::follow_rows() {
     const bool same = std::equal(row_list_.begin(), row_list_.end(), surfaces.begin(), surfaces.end(),
                                  [](const SurfaceRow* row, const auto& s) { return row->id() == s.id; });
     if (!same) {
-        for (SurfaceRow* row : row_list_) {
+        // A row stays as long as its surface does, because its name may be being edited. To end that would
+        // change the session while it changes.
+        std::vector<SurfaceRow*> before = std::exchange(row_list_, {});
+        for (const SurfaceParameters& surface : surfaces) {
+            const auto row = std::find_if(before.begin(), before.end(),
+                                          [&](const SurfaceRow* r) { return r->id() == surface.id; });
+            if (row != before.end()) {
+                row_list_.push_back(*row);
+                before.erase(row);
+            } else {
+                row_list_.push_back(new SurfaceRow(session_, surface.id));
+            }
+            rows_->insertWidget(static_cast<int>(row_list_.size()) - 1, row_list_.back());
+        }
+        for (SurfaceRow* row : before) {
             row->hide();
             row->deleteLater();  // not deleted now, because it may be handling a click
-        }
-        row_list_.clear();
-        for (const SurfaceParameters& surface : surfaces) {
-            row_list_.push_back(new SurfaceRow(session_, surface.id));
-            rows_->addWidget(row_list_.back());
         }
     }
     for (SurfaceRow* row : row_list_) row->follow();

@@ -14,7 +14,8 @@ from ._devices import Device, devices
 from ._filters import crop, gaussian_filter, median_filter, resample_isotropic
 from ._histogram import Histogram, Sweep, find_plateaus, histogram, otsu, sweep
 from ._isosurface import TISSUE_PRESETS, IsosurfaceExtractor, TissuePreset, extract
-from ._labels import LabelEntry, count_labels, labels, read_label_table
+from ._label_table import LabelEntry, read_label_table
+from ._labels import count_labels, labels
 from ._marrow import (
     Cancelled,
     DeviceError,

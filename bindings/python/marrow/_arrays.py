@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from ._marrow import InputError
 
 Array = NDArray[Any]
+
+# What `float` and NumPy raise for what is no number; the last is for integers that float64 cannot hold.
+_NO_NUMBER = (TypeError, ValueError, OverflowError)
 
 
 def refuse_path(source: Any) -> None:
@@ -26,9 +29,13 @@ def as_array(source: Any) -> Array:
     It takes arrays, and objects with `__array__`, `__array_interface__`, `__dlpack__` or the buffer protocol.
     """
     array = source if isinstance(source, np.ndarray) else _converted(source)
-    if isinstance(array, np.ma.MaskedArray):
-        raise InputError("a masked array has elements without a value: fill them first, with .filled(value)")
+    _refuse_mask(array)
     return array
+
+
+def _refuse_mask(values: Any) -> None:
+    if isinstance(values, np.ma.MaskedArray):
+        raise InputError("a masked array has elements without a value: fill them first, with .filled(value)")
 
 
 def _converted(source: Any) -> Array:
@@ -49,9 +56,18 @@ def as_number(value: Any, name: str) -> float:
     try:
         if not isinstance(value, str):
             return float(value)
-    except (TypeError, ValueError, OverflowError):
+    except _NO_NUMBER:
         pass
     raise InputError(f"{name} is a number, not {value!r}")
+
+
+def as_numbers(values: Any) -> Optional[NDArray[np.float64]]:
+    """Return a copy of `values` as an array of numbers, or None if they are none. A mask is refused."""
+    _refuse_mask(values)
+    try:
+        return np.array(values, np.float64)
+    except _NO_NUMBER:
+        return None
 
 
 def sample_dtype(dtype: np.dtype[Any]) -> np.dtype[Any]:

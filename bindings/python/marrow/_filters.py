@@ -54,7 +54,8 @@ def median_filter(volume: Any, radius: int, *, threads: int = 0, progress: Optio
     volume : Volume or object that `as_volume` takes
         The volume.
     radius : int
-        Samples to each side, 1 to 16: the window has 2 `radius` + 1 samples along each axis.
+        Samples to each side, 1 to 16: the window has 2 `radius` + 1 samples along each axis, and the time grows with
+        the cube of that: on one thread of a slow machine, from 0.5 us a sample at radius 1 to 15 us at 5.
     threads : int
         Threads to use; 0: all.
     progress : callable, optional

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _marrow
+from ._arrays import as_numbers
 from ._as_volume import as_volume
 from ._marrow import InputError
 from ._scan import Progress
@@ -119,15 +120,12 @@ def sweep(
     Raises
     ------
     InputError
-        `isovalues` are not numbers, or not finite and ascending.
+        `isovalues` are not numbers, have a mask, or are not finite and ascending.
     Cancelled
         `progress` returned False.
     """
-    try:
-        values = np.asarray(isovalues, float)
-    except (TypeError, ValueError):
-        values = np.empty(())
-    if values.ndim != 1:
+    values = as_numbers(isovalues)
+    if values is None or values.ndim != 1:
         raise InputError("isovalues are a sequence of numbers, such as [100, 200]")
     native = as_volume(volume)._native()
     return Sweep(**_marrow.sweep(native, values, topology=topology, threads=threads, progress=progress))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NoReturn, Optional, Union
@@ -100,7 +100,7 @@ def extract(
     Raises
     ------
     EmptySurface
-        All samples are on one side of the isovalue.
+        All samples are on one side of the isovalue, or an open surface has a single sample along an axis.
     InputError
         The isovalue is not finite, `snap` is out of range or goes with `topology`, or a tissue is named but the volume
         is not CT.
@@ -131,9 +131,10 @@ def extract(
         )
         return Mesh._of(arrays, tissue.name, tissue.colour) if tissue else Mesh._of(arrays)
 
-    stages = _stages(progress, 1 + 2 * keep_thin + trust)
+    stages = _stages(progress, 1 + 2 * bool(keep_thin) + bool(trust))
     mesh = surface_of(samples, next(stages))
     if len(mesh.triangles) == 0:
+        check_for_cells(volume.samples.shape, closed)
         _raise_empty(samples, value)
     walls = None
     if keep_thin:
@@ -274,10 +275,7 @@ def _choose_isovalue(
 ) -> tuple[float, Optional[TissuePreset]]:
     """Return the number that `isovalue` stands for, and the tissue if it names one."""
     if not isinstance(isovalue, str):
-        try:
-            return float(isovalue), None
-        except (TypeError, ValueError):
-            raise InputError(f"the isovalue is a number, 'otsu' or a tissue, not {isovalue!r}") from None
+        return as_number(isovalue, "the isovalue"), None
     if isovalue == "otsu":
         return _marrow.otsu(samples, volume._padding), None
     if isovalue not in TISSUE_PRESETS:
@@ -311,6 +309,12 @@ def _check_hounsfield(volume: Volume, samples: _marrow.ArrayVolume, tissue: Tiss
     raise InputError(
         f"'{tissue.name}' is in Hounsfield units, which only CT has, and {reason}: give a number or 'otsu'"
     )
+
+
+def check_for_cells(shape: Sequence[int], closed: bool) -> None:
+    """Refuse an open surface of samples without a cell between them."""
+    if not closed and min(shape) < 2:
+        raise EmptySurface("an open surface needs at least 2 samples along each axis: give closed=True")
 
 
 def _raise_empty(samples: _marrow.ArrayVolume, isovalue: float) -> NoReturn:

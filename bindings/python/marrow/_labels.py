@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -12,38 +11,10 @@ import numpy as np
 from . import _marrow
 from ._arrays import Array
 from ._as_volume import as_volume
+from ._label_table import LabelEntry, entries_of
 from ._marrow import InputError
-from ._mesh import Colour, Mesh
+from ._mesh import Mesh
 from ._scan import Path, Progress
-
-
-@dataclass(frozen=True)
-class LabelEntry:
-    """The name and the colour of a label.
-
-    Attributes
-    ----------
-    name : str
-        Empty: the mesh gets the name ``label-N``.
-    colour : tuple of 3 floats, optional
-        Red, green, blue from 0 to 1. None: the mesh gets a colour that depends on the label.
-    """
-
-    name: str
-    colour: Optional[Colour] = None
-
-
-def read_label_table(path: Path) -> dict[int, LabelEntry]:
-    """Read names and colours of labels: text as of 3D Slicer, FreeSurfer or ITK-SNAP, or "label name" a line.
-
-    Raises
-    ------
-    IoError
-        The file cannot be read.
-    InputError
-        A line has another form, or a label occurs twice.
-    """
-    return {label: LabelEntry(*entry) for label, entry in _marrow.read_label_table(path).items()}
 
 
 def labels(
@@ -72,7 +43,8 @@ def labels(
     normals : bool
         Compute a unit normal for each point.
     table : path-like or mapping of labels to LabelEntry, optional
-        Names and colours for the meshes.
+        Names and colours for the meshes, in place of those of a segmentation, ``info.series.labels``, which
+        labels that are not in the table keep.
     threads : int
         Threads to use; 0: all.
     progress : callable, optional
@@ -81,8 +53,8 @@ def labels(
     Returns
     -------
     dict of int to Mesh
-        The surfaces by label, ascending. Each mesh has a name and a colour: those of the table, or
-        ``label-N`` and a colour that depends on the label.
+        The surfaces by label, ascending. Each mesh has a name and a colour: those of the table or of the segment,
+        or else ``label-N`` and a colour that depends on the label.
 
     Raises
     ------
@@ -103,17 +75,9 @@ def labels(
         threads=threads,
         progress=progress,
     )
-    return named({n if values is None else int(values[n]): arrays for n, arrays in surfaces.items()}, entries)
-
-
-def entries_of(table: Union[Path, Mapping[int, LabelEntry], None]) -> Mapping[int, LabelEntry]:
-    """Return the entries of a table, of which files are read: call it before long work."""
-    if not isinstance(table, Mapping):
-        return read_label_table(table) if table is not None else {}
-    for label, entry in table.items():
-        if not isinstance(entry, LabelEntry):
-            raise InputError(f"the table has {entry!r} for label {label}: give a LabelEntry, with a name and a colour")
-    return table
+    by_label = {n if values is None else int(values[n]): arrays for n, arrays in surfaces.items()}
+    of_segments = volume.info.series.labels if volume.info else {}
+    return named(by_label, {**of_segments, **entries})
 
 
 def named(surfaces: Mapping[int, Any], entries: Mapping[int, LabelEntry]) -> dict[int, Mesh]:

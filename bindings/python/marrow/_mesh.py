@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _marrow
-from ._arrays import Array, as_array
+from ._arrays import Array, as_array, as_numbers
 from ._marrow import InputError, IoError
 from ._measures import Distance, MeshCheck, MeshMeasures, Roughness, TriangleQuality
 from ._scan import Path, Progress
@@ -452,10 +452,9 @@ def _colour(values: Optional[Sequence[float]]) -> Optional[Colour]:
 
 def _linear_part(matrix: ArrayLike) -> NDArray[np.float64]:
     """Return the matrix that an affine of shape (4, 4) applies to steps; one of shape (3, 3) is that already."""
-    try:
-        array = np.asarray(matrix, float)
-    except (TypeError, ValueError):
-        raise InputError(f"bound is not a matrix of numbers: {matrix!r}") from None
+    array = as_numbers(matrix)
+    if array is None:
+        raise InputError(f"bound is not a matrix of numbers: {matrix!r}")
     if array.shape not in ((3, 3), (4, 4)):
         raise InputError(f"bound has the shape {array.shape} instead of (3, 3) or (4, 4)")
     return array[:3, :3]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Optional, Union
 
 from . import _marrow
+from ._label_table import LabelEntry, label_table
 from ._marrow import InputError
 from ._volume import Spacing, Volume, distances
 
@@ -34,6 +35,8 @@ class SeriesInfo:
         mm along (i, j, k); 0 where it is unknown.
     files : int
         The number of files that it is made of.
+    labels : dict of int to LabelEntry
+        The names and colours of the segments of a segmentation (DICOM's or 3D Slicer's), by label; else empty.
     """
 
     id: str
@@ -42,6 +45,7 @@ class SeriesInfo:
     shape: tuple[int, int, int]
     spacing: tuple[float, float, float]
     files: int
+    labels: dict[int, LabelEntry] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)
@@ -216,7 +220,7 @@ def read(
         threads=threads,
         progress=progress,
     )
-    return volume_of(placed, ScanInfo(info["format"], SeriesInfo(**info["series"]), info["warnings"], info["padding"]))
+    return volume_of(placed, ScanInfo(info["format"], _series_of(info["series"]), info["warnings"], info["padding"]))
 
 
 def inspect(
@@ -257,10 +261,12 @@ def inspect(
         threads=threads,
         progress=progress,
     )
-    series_reports = tuple(
-        SeriesReport(series=SeriesInfo(**one.pop("series")), **one) for one in report.pop("series")
-    )
+    series_reports = tuple(SeriesReport(series=_series_of(one.pop("series")), **one) for one in report.pop("series"))
     return ScanReport(series=series_reports, **report)
+
+
+def _series_of(info: dict[str, Any]) -> SeriesInfo:
+    return SeriesInfo(labels=label_table(info.pop("labels")), **info)
 
 
 def _text_of_series(series: Union[str, int, None]) -> Optional[str]:

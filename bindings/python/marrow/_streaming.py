@@ -65,8 +65,8 @@ def extract_to_file(
     path : path-like
         The output: .stl or .ply.
     max_memory : int or str
-        Bytes that all arrays of Marrow together may take; '800M' and '4G' are multiples of 2^20 and 2^30. What
-        `source` takes to give its slices comes on top.
+        Bytes that all arrays of Marrow together may take, at most 10^18; '800M' and '4G' are multiples of 2^20 and
+        2^30. What `source` takes to give its slices comes on top.
     closed, topology, threads, progress
         As for `extract`.
     space : {'LPS', 'RAS', 'none'}
@@ -82,7 +82,8 @@ def extract_to_file(
     Raises
     ------
     EmptySurface
-        All samples are on one side of the isovalue. There is no file then, nor after another error.
+        All samples are on one side of the isovalue, or an open surface has a single sample along an axis. There is no
+        file then, nor after another error.
     InputError
         `source` cannot be sliced, has not three axes or slices of its dtype, or must be read as a whole; the format
         of the output cannot be written in parts.
@@ -152,7 +153,7 @@ def spacing_of_path(spacing: Optional[Spacing] = None, **others: Optional[ArrayL
 def _bytes(size: Union[int, str]) -> int:
     units = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
     match = re.fullmatch(r"(\d+(?:\.\d+)?)([KMGT]?)", str(size).strip(), re.IGNORECASE)
-    size_in_bytes = int(float(match[1]) * units[match[2].upper()]) if match else 0
-    if size_in_bytes == 0:
-        raise InputError(f"max_memory is a number of bytes, or a size such as '800M' or '4G', not {size!r}")
-    return size_in_bytes
+    size_in_bytes = float(match[1]) * units[match[2].upper()] if match else 0
+    if not 1 <= size_in_bytes <= 1e18:
+        raise InputError(f"max_memory is a size such as 800000, '800M' or '4G', at most 10^18 bytes, not {size!r}")
+    return int(size_in_bytes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, Optional, Union
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _marrow
-from ._arrays import Array, as_array, as_samples, refuse_path, sample_dtype
+from ._arrays import Array, as_array, as_numbers, as_samples, refuse_path, sample_dtype
 from ._marrow import InputError
 
 if TYPE_CHECKING:
@@ -264,7 +265,7 @@ def _values(samples: Array, rescale: tuple[float, float]) -> Array:
 
 
 def _numbers(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    try:
-        return np.array(value, float).reshape(shape)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} is not {' x '.join(map(str, shape))} numbers: {value!r}") from None
+    numbers = as_numbers(value)
+    if numbers is None or numbers.size != math.prod(shape):
+        raise InputError(f"{name} is not {' x '.join(map(str, shape))} numbers: {value!r}")
+    return numbers.reshape(shape)

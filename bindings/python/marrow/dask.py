@@ -30,7 +30,9 @@ from numpy.typing import ArrayLike
 from . import _marrow
 from ._arrays import as_number
 from ._blocks import Block, KnownChunks, Source, block_sizes, chunks_of, label_part_of, part_of, parts_of, read_labels
-from ._labels import LabelEntry, entries_of, named, renumbered
+from ._isosurface import check_for_cells
+from ._label_table import LabelEntry, entries_of
+from ._labels import named, renumbered
 from ._marrow import EmptySurface, InputError
 from ._mesh import FileSpace, Mesh
 from ._scan import Path
@@ -84,7 +86,7 @@ def extract(
     Raises
     ------
     EmptySurface
-        All samples are on one side of the isovalue.
+        All samples are on one side of the isovalue, or an open surface has a single sample along an axis.
     InputError
         The array cannot be sliced, or has not three axes or slices of its dtype; the folder is not Zarr or needs
         `spacing`; or there is no client.
@@ -111,7 +113,7 @@ def extract(
         ]
         mesh = Mesh._of(_marrow.merge_parts(tasks.gather(parts)))
     if len(mesh.triangles) == 0:
-        _raise_empty(isovalue)
+        _raise_empty(source, isovalue, closed)
     return mesh
 
 
@@ -188,7 +190,7 @@ def extract_to_file(
         sizes = [tasks.gather([tasks.submit("size", _size, part) for part in layer]) for layer in counts]
         size = _total(itertools.chain.from_iterable(sizes))
         if size.triangles == 0:
-            _raise_empty(isovalue)
+            _raise_empty(source, isovalue, closed)
         file = _marrow.FileOfParts(path, size.points, size.triangles, normals=True, space=space)
         try:
             _write_blocks(tasks, source, isovalue, closed, topology, layers, counts, sizes, file.description)
@@ -300,7 +302,7 @@ def write_fragments(
         )
     size = _total(sizes)
     if size.triangles == 0:
-        _raise_empty(isovalue)
+        _raise_empty(source, isovalue, closed)
     fragments = [name for name, part in zip(names, sizes) if part.triangles]
     if not has_info:
         _replace(target / "info", json.dumps({"@type": _LEGACY_MESH}).encode())
@@ -538,5 +540,6 @@ def _total(sizes: Any) -> SurfaceSize:
     return SurfaceSize(points, triangles)
 
 
-def _raise_empty(isovalue: float) -> NoReturn:
-    raise EmptySurface(f"no surface at isovalue {isovalue:g}: all samples are on one side of it")
+def _raise_empty(source: Source, isovalue: float, closed: bool) -> NoReturn:
+    check_for_cells(source.array.shape, closed)
+    raise EmptySurface(f"no surface at isovalue {isovalue:g}: all finite samples are on one side of it")

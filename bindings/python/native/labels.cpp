@@ -4,16 +4,13 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <array>
 #include <utility>
 #include <vector>
 
-#include <marrow/label_table.h>
-
+#include "label_table.h"
 #include "long_work.h"
 #include "mesh.h"
 #include "module.h"
-#include "text.h"
 #include "volume.h"
 
 namespace py = pybind11;
@@ -37,20 +34,8 @@ py::dict labels(const ArrayVolume& map, std::int64_t background, int relax, bool
     return meshes;
 }
 
-py::tuple colour_tuple(const std::array<double, 3>& colour) {
-    return py::make_tuple(colour[0], colour[1], colour[2]);
-}
-
-// Entries (name, colour) by label.
 py::dict read_table(const std::filesystem::path& path) {
-    const LabelTable table = compute(py::none(), [&](const Progress&) { return read_label_table(path); });
-    py::dict entries;
-    for (const auto& [label, entry] : table) {
-        py::object colour = py::none();
-        if (entry.colour) colour = colour_tuple(*entry.colour);
-        entries[py::int_(label)] = py::make_tuple(readable(entry.name), colour);
-    }
-    return entries;
+    return entries_of(compute(py::none(), [&](const Progress&) { return read_label_table(path); }));
 }
 
 }  // namespace

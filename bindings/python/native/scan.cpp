@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "label_table.h"
 #include "long_work.h"
 #include "module.h"
 #include "text.h"
@@ -35,7 +36,7 @@ py::dict dict_of(const SeriesInfo& info) {
     const auto [nx, ny, nz] = info.dims;
     return py::dict("id"_a = readable(info.id), "description"_a = readable(info.description),
                     "modality"_a = readable(info.modality), "shape"_a = py::make_tuple(nz, ny, nx),
-                    "spacing"_a = info.spacing, "files"_a = info.files);
+                    "spacing"_a = info.spacing, "files"_a = info.files, "labels"_a = entries_of(info.labels));
 }
 
 py::dict dict_of(const ScanInfo& info) {

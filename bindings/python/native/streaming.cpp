@@ -5,6 +5,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -39,17 +40,25 @@ struct FileOptions {
     int threads;
 };
 
+[[noreturn]] void throw_empty(const Geometry& geometry, const FileOptions& options,
+                              std::int64_t non_finite_samples) {
+    if (!options.closed && *std::min_element(geometry.dims.begin(), geometry.dims.end()) < 2)
+        throw EmptySurface("an open surface needs at least 2 samples along each axis: give closed=True");
+    if (non_finite_samples == geometry.sample_count())
+        throw EmptySurface("the volume has no finite sample, so there is no surface");
+    throw EmptySurface(
+        fmt::format("no surface at isovalue {}: all finite samples are on one side of it", options.isovalue));
+}
+
 // Returns the numbers of points and triangles.
 std::pair<std::uint64_t, std::uint64_t> write_surface(const SliceSource& source, const FileOptions& options,
                                                       const Progress& progress) {
     SurfaceWriter writer(options.path, {options.space, {}});
     SurfaceSink sink = writer.sink();
     std::pair<std::uint64_t, std::uint64_t> size;
-    sink.begin = [&size, &options, begin = sink.begin](std::uint64_t points, std::uint64_t triangles,
-                                                       bool normals) {
-        if (triangles == 0)
-            throw EmptySurface(fmt::format("no surface at isovalue {}: all samples are on one side of it",
-                                           options.isovalue));
+    IsosurfaceStats stats;
+    sink.begin = [&, begin = sink.begin](std::uint64_t points, std::uint64_t triangles, bool normals) {
+        if (triangles == 0) throw_empty(source.geometry, options, stats.non_finite_samples);
         size = {points, triangles};
         begin(points, triangles, normals);
     };
@@ -58,7 +67,8 @@ std::pair<std::uint64_t, std::uint64_t> write_surface(const SliceSource& source,
                                 {.closed = options.closed,
                                  .topology = options.topology,
                                  .threads = options.threads,
-                                 .progress = progress});
+                                 .progress = progress},
+                                &stats);
     writer.commit();
     return size;
 }

@@ -465,6 +465,18 @@ def test_chunks_may_be_empty_but_not_of_unknown_size(client, tmp_path):
     assert same_bytes(marrow.dask.extract(unknown.compute_chunk_sizes(), 2), marrow.extract(samples, 2))
 
 
+def test_an_open_surface_of_a_single_slice_is_refused_with_the_reason(client, tmp_path):
+    array = np.array([[[0, 9], [0, 9]]], np.uint8)
+    for call in (
+        lambda **closed: marrow.dask.extract(array, 0.5, **closed),
+        lambda **closed: marrow.dask.extract_to_file(array, 0.5, tmp_path / "surface.ply", **closed),
+        lambda **closed: marrow.dask.write_fragments(array, 0.5, tmp_path / "mesh", **closed),
+    ):
+        with pytest.raises(marrow.EmptySurface, match="at least 2 samples along each axis: give closed=True"):
+            call()
+        call(closed=True)
+
+
 @pytest.mark.parametrize("shape", [(0, 4, 4), (4, 0, 4), (4, 4, 0)])
 def test_arrays_without_samples_have_no_surface(client, tmp_path, shape):
     array = np.zeros(shape, np.uint8)

@@ -45,12 +45,14 @@ def test_isovalues_are_numbers(ball, tmp_path, value):
     for call in (
         lambda: marrow.extract_to_file(ball, value, tmp_path / "surface.ply"),
         lambda: marrow.IsosurfaceExtractor(ball).extract(value),
+        lambda: marrow.extract(ball, value),
+        lambda: marrow.find_thin_walls(ball, value, marrow.extract(ball, 300.5)),
     ):
-        with pytest.raises(marrow.InputError, match="^the isovalue is a number, not .*$"):
+        with pytest.raises(marrow.InputError, match="^the isovalue is a number, .*not .*$"):
             call()
 
 
-@pytest.mark.parametrize("values", [3.0, None, ["low"], [[1.0], [2.0]], [[1.0], [2.0, 3.0]]])
+@pytest.mark.parametrize("values", [3.0, None, ["low"], [0, 10**400], [[1.0], [2.0]], [[1.0], [2.0, 3.0]]])
 def test_a_sweep_has_a_sequence_of_isovalues(ball, values):
     with pytest.raises(marrow.InputError, match="^isovalues are a sequence of numbers.*$"):
         marrow.sweep(ball, values)
@@ -100,7 +102,7 @@ def test_a_path_is_no_volume(path):
 
 
 def test_a_vector_has_three_numbers(ball, tmp_path):
-    for values in ((1, 2), (1, 2, 3, 4), (1, "a", 3), [[1], [2, 3]], "abc"):
+    for values in ((1, 2), (1, 2, 3, 4), (1, "a", 3), (1, 10**400, 3), [[1], [2, 3]], "abc"):
         for name, call in (
             ("lower", lambda: marrow.crop(ball, values, (5, 5, 5))),
             ("upper", lambda: marrow.crop(ball, (1, 1, 1), values)),
@@ -110,6 +112,7 @@ def test_a_vector_has_three_numbers(ball, tmp_path):
         ):
             assert one_line_of(call).startswith(f"{name} is not 3 numbers: ")
     assert one_line_of(lambda: marrow.crop(ball, 1, (5, 5, 5))) == "lower is not 3 numbers: 1"
+    assert one_line_of(lambda: marrow.Volume(ball, spacing=10**400)).startswith("spacing is not 3 numbers: ")
     assert one_line_of(lambda: marrow.marching_cubes(ball, spacing=2)) == "spacing is not 3 numbers: 2"
 
 
@@ -120,7 +123,7 @@ def test_a_number_is_not_several(ball):
         ("level", lambda: marrow.marching_cubes(ball, (1, 1, 1))),
     ):
         assert one_line_of(call) == f"{name} is a number, not (1, 1, 1)"
-    for bound in ("x", [[1], [2, 3]], object):
+    for bound in ("x", [[1], [2, 3]], [[10**400] * 3] * 3, object):
         assert "bound" in one_line_of(lambda: marrow.extract(ball, 300.5).smooth(bound=bound))
 
 

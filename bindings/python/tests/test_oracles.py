@@ -238,6 +238,38 @@ def write_dicom(pydicom, folder, values, *, syntax="1.2.840.10008.1.2.1", bits=1
         ds.save_as(folder / f"{k}.dcm", write_like_original=False)
 
 
+def write_segmentation(pydicom, folder, labels, segments):
+    """A label map of 1 mm samples, whose segments have names, and colours as DICOM writes CIELab, or None."""
+
+    def items(**attributes):
+        item = pydicom.Dataset()
+        for name, value in attributes.items():
+            setattr(item, name, value)
+        return [item]
+
+    write_dicom(pydicom, folder, labels[:1], bits=8)
+    ds = pydicom.dcmread(folder / "0.dcm")
+    for name in ("PixelSpacing", "ImageOrientationPatient", "ImagePositionPatient", "RescaleSlope", "RescaleIntercept"):
+        delattr(ds, name)
+    ds.SOPClassUID = ds.file_meta.MediaStorageSOPClassUID = "1.2.840.10008.5.1.4.1.1.66.7"
+    ds.Modality, ds.SegmentationType, ds.NumberOfFrames, ds.PixelData = "SEG", "LABELMAP", len(labels), labels.tobytes()
+    ds.SegmentSequence = []
+    for number, (name, colour) in segments.items():
+        ds.SegmentSequence += items(SegmentNumber=number, SegmentLabel=name)
+        if colour:
+            ds.SegmentSequence[-1].RecommendedDisplayCIELabValue = colour
+    ds.SharedFunctionalGroupsSequence = items(
+        PlaneOrientationSequence=items(ImageOrientationPatient=[1, 0, 0, 0, 1, 0]),
+        PixelMeasuresSequence=items(PixelSpacing=[1, 1], SpacingBetweenSlices=1),
+    )
+    ds.PerFrameFunctionalGroupsSequence = [
+        item
+        for k in range(len(labels))
+        for item in items(PlanePositionSequence=items(ImagePositionPatient=[0, 0, k]))
+    ]
+    ds.save_as(folder / "0.dcm")
+
+
 CASES = {
     "implicit": dict(syntax="1.2.840.10008.1.2"),
     "explicit": dict(),
@@ -311,6 +343,31 @@ def test_otsu_and_the_histogram_leave_padding_out(tmp_path):
     assert marrow.extract(scan, "otsu").measure().triangles > 0
     counts = marrow.histogram(scan)
     assert counts.edges[0] == 100 and counts.counts.sum() == np.count_nonzero(values > -2000)
+
+
+def test_labels_of_a_segmentation_have_the_names_and_colours_of_its_segments(tmp_path):
+    pydicom = pytest.importorskip("pydicom")
+    labels = np.zeros((8, 9, 10), np.uint8)
+    labels[2:6, 2:4, 2:8], labels[2:6, 4:7, 2:8], labels[6, 2:7, 2:8] = 1, 2, 4
+    grey = [32768, 32896, 32896]  # L 50, a 0, b 0
+    segments = {1: ("liver", grey), 2: ("left kidney", None), 3: ("rib", grey)}
+    write_segmentation(pydicom, tmp_path / "seg", labels, segments)
+    scan = marrow.read(tmp_path / "seg")
+    assert np.array_equal(scan.array, labels)
+    table = scan.info.series.labels
+    assert {label: entry.name for label, entry in table.items()} == {1: "liver", 2: "left kidney", 3: "rib"}
+    assert table[1].colour == pytest.approx([119 / 255] * 3, abs=0.01) and table[2].colour is None
+    series = marrow.inspect(tmp_path / "seg").series[0].series
+    assert series.labels == table and hash(series) == hash(marrow.inspect(tmp_path / "seg").series[0].series)
+
+    meshes = marrow.labels(scan)
+    assert {label: mesh.name for label, mesh in meshes.items()} == {1: "liver", 2: "left kidney", 4: "label-4"}
+    unnamed = marrow.labels(labels)
+    assert meshes[1].colour == table[1].colour and meshes[2].colour == unnamed[2].colour
+    given = marrow.labels(scan, table={1: marrow.LabelEntry("hepar", (1, 0, 0)), 4: marrow.LabelEntry("spleen")})
+    assert [mesh.name for mesh in given.values()] == ["hepar", "left kidney", "spleen"]
+    assert given[1].colour == (1, 0, 0)
+    assert scan.info.series.labels == table
 
 
 def test_real_dicom_as_pydicom_reads_it():

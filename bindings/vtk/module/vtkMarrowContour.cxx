@@ -5,6 +5,7 @@
 #include <vtkCellArray.h>
 #include <vtkContourValues.h>
 #include <vtkDataArray.h>
+#include <vtkExtentTranslator.h>
 #include <vtkFloatArray.h>
 #include <vtkIdTypeArray.h>
 #include <vtkImageData.h>
@@ -143,10 +144,35 @@ std::array<std::int64_t, 3> dims_of(const Extent& extent) {
     return dims;
 }
 
+// The samples at the cells that this piece owns, of an image whose ghost cells no array marks: some filters,
+// such as vtkImageChangeInformation, drop it. If the image is a piece as VTK splits the whole, with the ghost
+// levels that its information states, then it owns that piece without them.
+Extent owned_by_split(vtkImageData& image, const Extent& present, Extent whole) {
+    vtkInformation& info = *image.GetInformation();
+    const int ghost_levels = info.Get(vtkDataObject::DATA_NUMBER_OF_GHOST_LEVELS());
+    if (ghost_levels == 0) return present;
+    const vtkNew<vtkExtentTranslator> translator;
+    const auto split = [&](int levels) {
+        Extent extent{};
+        translator->PieceToExtentThreadSafe(info.Get(vtkDataObject::DATA_PIECE_NUMBER()),
+                                            info.Get(vtkDataObject::DATA_NUMBER_OF_PIECES()), levels,
+                                            whole.data(), extent.data(), vtkExtentTranslator::BLOCK_MODE, 0);
+        return extent;
+    };
+    return split(ghost_levels) == present ? split(0) : present;
+}
+
 // The samples at the cells that this piece owns. Other pieces own ghost cells, which lie around these.
-Extent owned_by_piece(vtkImageData& image, const Extent& present) {
+// \throw std::runtime_error the ghost array is not one of this image's cells
+Extent owned_by_piece(vtkImageData& image, const Extent& present, const Extent& whole) {
     vtkUnsignedCharArray* const ghosts = image.GetCellGhostArray();
-    if (!ghosts) return present;
+    if (!ghosts) return owned_by_split(image, present, whole);
+    if (ghosts->GetNumberOfValues() != image.GetNumberOfCells())
+        throw std::runtime_error(std::string(vtkDataSetAttributes::GhostArrayName()) + " has " +
+                                 std::to_string(ghosts->GetNumberOfValues()) + " values for " +
+                                 std::to_string(image.GetNumberOfCells()) +
+                                 " cells; give it one for each, or if a threaded image filter of VTK left it "
+                                 "so, update that filter as a whole instead of in pieces");
     const auto is_owned = [&](std::int64_t cell) {
         return (ghosts->GetValue(cell) & vtkDataSetAttributes::DUPLICATECELL) == 0;
     };
@@ -166,6 +192,18 @@ Extent owned_by_piece(vtkImageData& image, const Extent& present) {
         step *= cells;
     }
     return owned;
+}
+
+// \throw std::runtime_error normals need samples beyond the border of the piece that the image does not have
+void check_neighbours(const Extent& whole, const Extent& present, const Extent& piece) {
+    for (std::size_t m = 0; m < 3; ++m) {
+        const std::size_t first = 2 * m, last = first + 1;
+        if ((piece[first] > whole[first] && piece[first] == present[first]) ||
+            (piece[last] < whole[last] && piece[last] == present[last]))
+            throw std::runtime_error(
+                "normals at the border of a piece need a ghost level, and there is none along axis " +
+                std::to_string(m) + "; give it one, or turn ComputeNormals off");
+    }
 }
 
 // The piece of an image as a part of the whole volume. Indices count from the whole's first sample.
@@ -309,10 +347,11 @@ int vtkMarrowContour::RequestData(vtkInformation*, vtkInformationVector** inputs
         whole = present;
     // Ranks without data are normal.
     if (!scalars || is_empty(present) || this->GetNumberOfContours() == 0) return 1;
-    const Extent piece = owned_by_piece(*image, present);
-    if (is_empty(piece)) return 1;
 
     try {
+        const Extent piece = owned_by_piece(*image, present, whole);
+        if (is_empty(piece)) return 1;
+        if (this->ComputeNormals) check_neighbours(whole, present, piece);
         marrow::SampleType type{};
         const void* const samples = samples_of(*scalars, image->GetNumberOfPoints(), type);
         const marrow::VolumeView view = view_of(*image, samples, type, whole, present, piece);

@@ -20,7 +20,9 @@ class vtkContourValues;
 ///
 /// In a pipeline of pieces, as with MPI, each piece has the cells of its input that are not ghost cells, and
 /// each of its points and normals has the bits of the whole surface's. Normals at a piece's border need one
-/// ghost level, for which the filter asks. The output has no ghost cells.
+/// ghost level, for which the filter asks. Where no array marks ghost cells, as behind
+/// vtkImageChangeInformation, they are those of a piece as VTK splits the whole extent. A ghost array must
+/// have one value for each cell. The output has no ghost cells.
 ///
 /// Abort requests and progress are handled during the work, on the thread that called Update().
 class VTKMARROW_EXPORT vtkMarrowContour : public vtkPolyDataAlgorithm {

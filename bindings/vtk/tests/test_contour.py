@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from marrow_vtk.vtkMarrow import vtkMarrowContour
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkCommand, vtkFloatArray, vtkTypeInt64Array
+from vtkmodules.vtkCommonCore import vtkCommand, vtkFloatArray, vtkTypeInt64Array, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData, vtkPerlinNoise
+from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkConnectivityFilter, vtkFeatureEdges, vtkFlyingEdges3D
-from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
+from vtkmodules.vtkImagingCore import vtkImageChangeInformation, vtkRTAnalyticSource
 from vtkmodules.vtkImagingHybrid import vtkSampleFunction
 
 DIRECTION = (0, 0.6, 0.8, 1, 0, 0, 0, 0.8, -0.6)
@@ -82,6 +83,34 @@ def extract(source, *values, filter_class=vtkMarrowContour, **settings):
         getattr(contour, f"Set{name}")(value)
     contour.Update()
     return contour.GetOutput()
+
+
+def merged_pieces(contour, pieces, levels=0):
+    """Return the points and the triangles of all pieces, as by_id of the whole; points of several pieces are equal.
+
+    Before each piece, the filter before is asked for so many ghost levels, as by another filter that follows it.
+    """
+    points, triangles = {}, []
+    for piece in range(pieces):
+        if levels:
+            contour.GetInputAlgorithm().UpdatePiece(piece, pieces, levels)
+        contour.UpdatePiece(piece, pieces, piece % 3)  # whatever ghost levels the next filter asks for
+        if contour.GetOutput().GetNumberOfPoints() == 0:
+            continue
+        more_points, more_triangles = by_id(contour.GetOutput())
+        assert all(points.get(key, bits) == bits for key, bits in more_points.items())
+        points.update(more_points)
+        triangles += more_triangles
+    return points, triangles
+
+
+def errors_of(contour):
+    """Return a list that gets the text of each error."""
+    messages = []
+    observer = lambda caller, event, text: messages.append(text)  # noqa: E731
+    observer.CallDataType = "string0"
+    contour.AddObserver(vtkCommand.ErrorEvent, observer)
+    return messages
 
 
 def nearest(points, others):
@@ -211,17 +240,32 @@ def test_pieces_have_the_bits_of_the_whole(pieces, settings, exact):
         contour.SetValue(number, level)
     for name, value in settings.items():
         getattr(contour, f"Set{name}")(value)
-    points, triangles = {}, []
-    for piece in range(pieces):
-        contour.UpdatePiece(piece, pieces, piece % 3)  # whatever ghost levels the next filter asks for
-        if contour.GetOutput().GetNumberOfPoints() == 0:
-            continue
-        more_points, more_triangles = by_id(contour.GetOutput())
-        assert all(points.get(key, bits) == bits for key, bits in more_points.items())
-        points.update(more_points)
-        triangles += more_triangles
+    points, triangles = merged_pieces(contour, pieces)
     assert points == expected[0]
     assert sorted(triangles) == sorted(expected[1])
+
+
+@pytest.mark.parametrize("pieces", [2, 3, 7, 30])
+@pytest.mark.parametrize("normals", [False, True])
+@pytest.mark.parametrize("shift", [(0, 0, 0), (5, -7, 100)])
+@pytest.mark.parametrize("levels", [0, 2])
+def test_pieces_behind_a_filter_that_drops_the_ghost_array_are_those_of_the_whole(pieces, normals, shift, levels):
+    source, moved = wavelet(), vtkImageChangeInformation()
+    moved.SetInputConnection(source.GetOutputPort())
+    moved.SetOutputSpacing(0.5, 1, 2)
+    moved.SetExtentTranslation(*shift)
+    settings = {"ComputeGlobalIds": True, "ComputeNormals": normals}
+    expected_points, expected_triangles = by_id(extract(moved, 150.3, **settings))
+    contour = vtkMarrowContour()
+    contour.SetInputConnection(moved.GetOutputPort())
+    contour.SetValue(0, 150.3)
+    for name, value in settings.items():
+        getattr(contour, f"Set{name}")(value)
+    errors = errors_of(contour)
+    points, triangles = merged_pieces(contour, pieces, levels)
+    assert not errors and moved.GetOutput().GetCellGhostArray() is None
+    assert points == expected_points
+    assert sorted(triangles) == sorted(expected_triangles)
 
 
 def test_global_ids_ascend_and_change_nothing_else():
@@ -250,14 +294,44 @@ def test_ranks_without_data_have_no_surface_and_no_error():
     assert contour.GetOutput().GetNumberOfPoints() == 0 and not errors
 
 
-def test_what_cannot_be_read_is_refused_in_one_line():
-    messages = []
+@pytest.mark.parametrize("values", [0, 1, 100, 20000])
+def test_a_ghost_array_has_one_value_for_each_cell(values):
+    volume = image(ball())
+    ghosts = vtkUnsignedCharArray()
+    ghosts.SetName("vtkGhostType")
+    ghosts.SetNumberOfTuples(values)
+    ghosts.Fill(0)
+    volume.GetCellData().AddArray(ghosts)
+    contour = vtkMarrowContour()
+    contour.SetInputData(volume)
+    contour.SetValue(0, 40.5)
+    errors = errors_of(contour)
+    contour.Update()
+    (error,) = errors
+    assert f"vtkGhostType has {values} values for {volume.GetNumberOfCells()} cells; " in error
+    assert contour.GetOutput().GetNumberOfPoints() == 0
 
+
+def test_a_piece_without_samples_around_it_has_no_normals():
+    part = vtkTrivialProducer()
+    part.SetOutput(image(ball(), (0, 0, 0)))
+    part.SetWholeExtent(0, 27, 0, 40, 0, 19)
+    contour = vtkMarrowContour()
+    contour.SetInputConnection(part.GetOutputPort())
+    contour.SetValue(0, 40.5)
+    errors = errors_of(contour)
+    contour.Update()
+    (error,) = errors
+    assert "none along axis 1; give it one, or turn ComputeNormals off" in error
+    contour.ComputeNormalsOff()
+    contour.Update()
+    assert len(errors) == 1 and contour.GetOutput().GetNumberOfPoints() > 0
+
+
+def test_what_cannot_be_read_is_refused_in_one_line():
     def message_of(volume, **settings):
         contour = vtkMarrowContour()
-        observer = lambda caller, event, text: messages.append(text)  # noqa: E731
-        observer.CallDataType = "string0"
-        contour.AddObserver(vtkCommand.ErrorEvent, observer)
+        messages = errors_of(contour)
         contour.SetInputData(volume)
         contour.SetValue(0, 1)
         for name, value in settings.items():

@@ -6,8 +6,10 @@
 #include <atomic>
 #include <new>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "base/checked_size.h"
 #include "base/parallel.h"
 #include "core/grid/shares.h"
 #include "core/marching_cubes/ambiguous_cells.h"
@@ -24,6 +26,76 @@ using namespace internal;
 
 namespace {
 
+// Divides the limit among the arrays. The sizes of these follow from the numbers of samples, so that a limit
+// that is too low is refused before there are any arrays.
+class SlabMemory {
+  public:
+    // \throw LimitError not even slabs without output fit
+    SlabMemory(const SliceSource& source, const SlabLimits& limits, const IsosurfaceOptions& options)
+        : limit_(limits.memory), margin_(limits.reserved > 0 ? kMargin : 0) {
+        const Geometry& geometry = source.geometry;
+        checked_size(static_cast<std::uint64_t>(geometry.sample_count()), sample_size(source.type));
+        const InsideBits bits(geometry.dims, ClosedSides::all(options.closed), nullptr);
+        slices_ = bits.nz;
+        halo_ = kHalo + std::min(source.slices_at_once, geometry.dims[2]) - 1;
+        bytes_per_slice_ =
+            static_cast<std::size_t>(geometry.dims[0] * geometry.dims[1]) * sample_size(source.type) +
+            bits.row_index(0, 1) * bits.words_per_row * sizeof(std::uint64_t);
+        // RowCounts has four numbers per row, and the levels of the two pyramids above its rows add up to
+        // less than two bytes per row. Any row may have ambiguous cells. Each slice has a hash.
+        const std::size_t bytes_per_row = 4 * sizeof(std::uint32_t) + 2 +
+                                          ActiveWords::masks_per_row_of(bits) * sizeof(std::uint64_t) +
+                                          (options.topology ? sizeof(AmbiguousRow) : 0);
+        fixed_ = limits.reserved + source.read_bytes +
+                 bytes_per_row * checked_size(bits.rows(), bytes_per_row) +
+                 sizeof(std::uint64_t) * static_cast<std::size_t>(bits.nz);
+        divide(0);
+    }
+
+    // Sets the memory of slabs of which one of a single slice has at most so many bytes of output. Pages are
+    // huge unless such a slab then would not fit. \throw LimitError it does not fit
+    void divide(std::size_t output) {
+        const std::size_t least = fixed_ + window_bytes(1) + output;
+        if (limit_ < least)
+            throw LimitError("limits.memory must be at least " +
+                             std::to_string(((least + margin_) >> 20) + 1) + " MiB for this " +
+                             (output > 0 ? "surface" : "volume, and more for its surface"));
+        huge_pages_ = limit_ >= kLeastForHugePages && limit_ - least >= kRounding;
+        of_slab_ = limit_ - fixed_ - (huge_pages_ ? kRounding : 0);
+    }
+
+    bool huge_pages() const { return huge_pages_; }
+    // The bytes of a slab's samples, bits and output.
+    std::size_t of_slab() const { return of_slab_; }
+    // The bytes of a slab's samples and bits, with those around it.
+    std::size_t window_bytes(std::int64_t slices) const {
+        return static_cast<std::size_t>(std::min(slices + halo_, slices_)) * bytes_per_slice_;
+    }
+    // The slices of a slab without output: as many as fit, and at least one.
+    std::int64_t slices_that_fit() const {
+        return std::max<std::int64_t>(static_cast<std::int64_t>(of_slab_ / bytes_per_slice_) - halo_, 1);
+    }
+
+  private:
+    // Stencils reach one slice back and two ahead, and the last slice of points
+    // is made with the slab before it.
+    static constexpr std::int64_t kHalo = 5;
+    // Five arrays are rounded up to huge pages of 2 MiB at both ends, which should
+    // be a small part of the memory.
+    static constexpr std::size_t kRounding = std::size_t{5} * 2 * 2 << 20;
+    static constexpr std::size_t kLeastForHugePages = 16 * kRounding;
+    // By so much another run of the program may have reserved more.
+    static constexpr std::size_t kMargin = std::size_t{4} << 20;
+
+    const std::size_t limit_, margin_;
+    std::int64_t slices_ = 0;          // of the grid
+    std::int64_t halo_ = 0;            // slices in memory beside those of a slab
+    std::size_t bytes_per_slice_ = 0;  // of its samples and bits
+    std::size_t fixed_ = 0;            // bytes that are taken whatever the slab
+    bool huge_pages_ = false;
+    std::size_t of_slab_ = 0;
+};
+
 // The volume's samples and inside bits, of which only a window of slices is in memory. Slices are numbered as
 // in the grid, which for a closed surface has one more at both ends than the volume.
 class Window {
@@ -34,6 +106,9 @@ class Window {
           slice_samples_(static_cast<std::size_t>(source.geometry.dims[0] * source.geometry.dims[1])),
           slice_bytes_(slice_samples_ * sample_size(source.type)),
           slices_at_once_(std::min(source.slices_at_once, source.geometry.dims[2])),
+          piece_(std::max<std::int64_t>(
+                     static_cast<std::int64_t>(kPieceBytes / slice_bytes_) / slices_at_once_, 1) *
+                 slices_at_once_),
           samples_(slice_bytes_ * static_cast<std::size_t>(source.geometry.dims[2])),
           bit_memory_(InsideBits(source.geometry.dims, ClosedSides::all(closed), nullptr).word_count() +
                       InsideBits::kSlack),
@@ -47,9 +122,6 @@ class Window {
     const VolumeView& volume() const { return volume_; }
     const InsideBits& bits() const { return bits_; }
     std::int64_t non_finite_samples() const { return non_finite_; }
-    std::int64_t slices_at_once() const { return slices_at_once_; }
-    // The memory of a slice's samples and bits.
-    std::size_t bytes_per_slice() const { return slice_bytes_ + words_per_slice() * sizeof(std::uint64_t); }
 
     void use_huge_pages(bool huge) {
         samples_.use_huge_pages(huge);
@@ -66,24 +138,27 @@ class Window {
 
     // Reads and classifies all slices before `end` that were not read yet, and reads the samples of `ahead`
     // more slices, and of those that are stored together with these.
-    void advance(std::int64_t end, std::int64_t ahead) {
+    void advance(std::int64_t end, std::int64_t ahead, const Progress& progress) {
         const std::int64_t nz = source_.geometry.dims[2];
         const std::int64_t needed = end - bits_.first_z + ahead;
         const std::int64_t samples_end = std::clamp<std::int64_t>(
             (needed + slices_at_once_ - 1) / slices_at_once_ * slices_at_once_, read_, nz);
-        if (samples_end > read_) {
-            source_.read(read_, samples_end,
-                         samples_.data() + slice_bytes_ * static_cast<std::size_t>(read_));
-            read_ = samples_end;
+        const std::int64_t bits_end = std::clamp(end, classified_, bits_.nz);
+        Stage stage(progress, 0, 1, static_cast<std::size_t>(samples_end - read_ + bits_end - classified_));
+        while (read_ < samples_end) {
+            const std::int64_t begin = read_;
+            read_ = std::min(begin + piece_, samples_end);
+            source_.read(begin, read_, samples_.data() + slice_bytes_ * static_cast<std::size_t>(begin));
+            stage.step(static_cast<double>(read_ - begin));
         }
-        const std::int64_t bits_end = std::min(end, bits_.nz);
         std::atomic<std::int64_t> non_finite = 0;
-        parallel_for(classified_, std::max(classified_, bits_end), [&](std::int64_t z) {
+        parallel_for(classified_, bits_end, [&](std::int64_t z) {
             non_finite += classify_slice(volume_, isovalue_, z, bits_, nullptr);
             check_unchanged(z);
+            stage.step();
         });
         non_finite_ += non_finite;
-        classified_ = std::max(classified_, bits_end);
+        classified_ = bits_end;
     }
 
     // Releases the bits of slices before `end`, and the samples of slices before `end` - `kept`.
@@ -100,6 +175,9 @@ class Window {
     }
 
   private:
+    // So many bytes are read within a fraction of a second, after which progress is reported.
+    static constexpr std::size_t kPieceBytes = std::size_t{32} << 20;
+
     std::size_t words_per_slice() const { return bits_.row_index(0, 1) * bits_.words_per_row; }
 
     // The counts of the first reading are those of the second one only if the bits are.
@@ -114,6 +192,7 @@ class Window {
     const double isovalue_;
     const std::size_t slice_samples_, slice_bytes_;
     const std::int64_t slices_at_once_;
+    const std::int64_t piece_;  // the most slices that are read by one call, unless more are stored together
     SparseArray<std::byte> samples_;
     SparseArray<std::uint64_t> bit_memory_;
     InsideBits bits_;
@@ -131,74 +210,37 @@ class Window {
 struct Slabs {
     Slabs(const SliceSource& source, double level, const SurfaceSink& sink, const SlabLimits& limits,
           const IsosurfaceOptions& slab_options)
-        : geometry(source.geometry),
-          isovalue(level),
+        : isovalue(level),
           options(slab_options),
-          limit(limits.memory),
+          memory(source, limits, slab_options),
           window(source, level, slab_options.closed),
           rows(window.bits().rows()),
           active(window.bits()),
-          halo(kHalo + window.slices_at_once() - 1),
           to_physical(window.volume()),
           most_slices(limits.slices.value_or(window.bits().nz)),
-          sink_bytes_per_point(sink.bytes_per_point),
-          fixed(fixed_memory(limits.reserved + source.read_bytes)) {
-        divide_memory(0);
+          sink_bytes_per_point(sink.bytes_per_point) {
+        window.use_huge_pages(memory.huge_pages());
         if (options.topology) ambiguous.emplace(window.volume(), isovalue, to_physical, window.bits());
     }
 
-    const Geometry& geometry;
+    // The part of a pass that slices [z, end) are.
+    Progress slab_progress(const Progress& pass, std::int64_t z, std::int64_t end) const {
+        const auto slices = static_cast<double>(window.bits().nz);
+        return sub_progress(pass, static_cast<double>(z) / slices, static_cast<double>(end) / slices);
+    }
+
     const double isovalue;
     const IsosurfaceOptions& options;
-    const std::size_t limit;
+    SlabMemory memory;  // before the arrays, which are made only if they fit
     Window window;
     RowCounts rows;
     ActiveWords active;
-    const std::int64_t halo;  // slices in memory beside those of a slab
     const IndexToPhysical to_physical;
     // With exact topology. Between the two readings only the rows that have such cells are kept, so that the
     // memory does not depend on the surface.
     std::optional<AmbiguousCells> ambiguous;
     const std::int64_t most_slices;  // in a slab
     const std::size_t sink_bytes_per_point;
-    const std::size_t fixed;  // bytes that are taken whatever the slab
-    bool huge_pages = false;
-    std::size_t memory = 0;  // bytes for a slab's samples, bits and output
-
-    // The memory of a slab's samples and bits, with those around it.
-    std::size_t window_bytes(std::int64_t slices) const {
-        return static_cast<std::size_t>(std::min(slices + halo, window.bits().nz)) * window.bytes_per_slice();
-    }
-
-    // Sets the memory of slabs of which one of a single slice has at most so many bytes of output. Pages are
-    // huge unless such a slab then would not fit. \throw LimitError it does not fit
-    void divide_memory(std::size_t output) {
-        const std::size_t least = fixed + window_bytes(1) + output;
-        if (limit < least)
-            throw LimitError("limits.memory must be at least " + std::to_string((least >> 20) + 1) +
-                             " MiB for this " +
-                             (output > 0 ? "surface" : "volume, and more for its surface"));
-        huge_pages = limit >= kLeastForHugePages && limit - least >= kRounding;
-        memory = limit - fixed - (huge_pages ? kRounding : 0);
-        window.use_huge_pages(huge_pages);
-    }
-
-  private:
-    // Stencils reach one slice back and two ahead, and the last slice of points
-    // is made with the slab before it.
-    static constexpr std::int64_t kHalo = 5;
-    // Five arrays are rounded up to huge pages of 2 MiB at both ends, which should
-    // be a small part of the memory.
-    static constexpr std::size_t kRounding = std::size_t{5} * 2 * 2 << 20;
-    static constexpr std::size_t kLeastForHugePages = 16 * kRounding;
-
-    std::size_t fixed_memory(std::size_t reserved) const {
-        // RowCounts has four numbers per row, and the levels of the two pyramids above its rows add up to
-        // less than two bytes per row. Any row may have ambiguous cells.
-        const std::size_t bytes_per_row =
-            4 * sizeof(std::uint32_t) + 2 + (options.topology ? sizeof(AmbiguousRow) : 0);
-        return reserved + bytes_per_row * window.bits().rows() + active.bytes();
-    }
 };
 
 // The histogram pyramids over rows.
@@ -207,24 +249,27 @@ struct Pyramids {
 };
 
 // Reads the volume for the first time, and counts what every row makes.
-Pyramids count(Slabs& s) {
+Pyramids count(Slabs& s, const Progress& progress) {
     Window& window = s.window;
     const InsideBits& bits = window.bits();
-    const auto fit = static_cast<std::int64_t>(s.memory / window.bytes_per_slice()) - s.halo;
-    const std::int64_t slices = std::min(s.most_slices, std::max<std::int64_t>(fit, 1));
+    const std::int64_t slices = std::min(s.most_slices, s.memory.slices_that_fit());
     for (std::int64_t z = 0; z < bits.nz; z += slices) {
         const std::int64_t end = std::min(z + slices, bits.nz);
-        window.advance(end + 1, 0);
+        const Progress of_slab = s.slab_progress(progress, z, end);
+        window.advance(end + 1, 0, sub_progress(of_slab, 0, 0.9));
+        Stage stage(of_slab, 0.9, 1, static_cast<std::size_t>(end - z));
         parallel_for(z, end, [&](std::int64_t slice) {
-            const std::size_t row_begin = bits.row_index(0, slice), row_end = bits.row_index(0, slice + 1);
-            if (!s.ambiguous) return count_rows(bits, row_begin, row_end, s.rows, s.active);
-            s.ambiguous->count(slice, s.rows, s.active);
-            s.ambiguous->forget(slice);
+            if (s.ambiguous) {
+                s.ambiguous->count(slice, s.rows, s.active);
+                s.ambiguous->forget(slice);
+            } else {
+                count_rows(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), s.rows, s.active);
+            }
+            stage.step();
         });
         // The bits that the next slab begins with are there already, so none of the samples is needed again,
         // except those that ambiguous cells ask.
         window.release(end, s.ambiguous ? 0 : -1);
-        report_progress(s.options.progress, 0.4 * static_cast<double>(end) / static_cast<double>(bits.nz));
     }
     parallel_for(std::int64_t{0}, bits.nz, [&](std::int64_t slice) {
         count_triangles(bits, bits.row_index(0, slice), bits.row_index(0, slice + 1), s.rows);
@@ -280,10 +325,10 @@ std::size_t most_output_bytes(const Slabs& s, const Pyramids& pyramids) {
 std::int64_t slab_end(const Slabs& s, const Pyramids& pyramids, std::int64_t z) {
     const InsideBits& bits = s.window.bits();
     const auto bytes_until = [&](std::int64_t end) {
-        return s.window_bytes(end - z) + output_bytes(s, SlabOutput(bits, pyramids, z, end));
+        return s.memory.window_bytes(end - z) + output_bytes(s, SlabOutput(bits, pyramids, z, end));
     };
     std::int64_t end = z + 1;
-    while (end < bits.nz && end - z < s.most_slices && bytes_until(end + 1) <= s.memory) ++end;
+    while (end < bits.nz && end - z < s.most_slices && bytes_until(end + 1) <= s.memory.of_slab()) ++end;
     return end;
 }
 
@@ -302,13 +347,16 @@ struct SurfaceMemory {
     SparseArray<Triangle> triangles;
 };
 
-void emit(const EmitInput& input, const SlabOutput& slab, bool normals, SurfaceMemory& memory) {
+// Makes a slab's part of the surface, in 2 * share_count() steps of `stage` at most.
+void emit(const EmitInput& input, const SlabOutput& slab, bool normals, SurfaceMemory& memory, Stage& stage) {
     Vec3f* const normal_memory = normals ? memory.normals.data() : nullptr;
     for_each_share(input.points, slab.row_begin, slab.points_row_end, [&](std::size_t from, std::size_t to) {
         emit_points(input, from, to, memory.points.data(), normal_memory);
+        stage.step();
     });
     for_each_share(input.triangles, slab.row_begin, slab.row_end, [&](std::size_t from, std::size_t to) {
         emit_triangles(input, from, to, memory.triangles.data());
+        stage.step();
     });
 }
 
@@ -329,11 +377,11 @@ void hand_over(const SlabOutput& slab, bool normals, SurfaceMemory& memory, cons
 }
 
 // Reads the volume again, and makes the surface slab by slab.
-void emit(Slabs& s, const Pyramids& pyramids, const SurfaceSink& sink) {
+void emit(Slabs& s, const Pyramids& pyramids, const SurfaceSink& sink, const Progress& progress) {
     Window& window = s.window;
     const InsideBits& bits = window.bits();
     const bool normals = s.options.normals;
-    SurfaceMemory memory(pyramids, normals, s.huge_pages);
+    SurfaceMemory memory(pyramids, normals, s.memory.huge_pages());
     const EmitInput input{window.volume(),    s.isovalue,
                           s.to_physical,      bits,
                           s.active,           pyramids.points,
@@ -343,20 +391,21 @@ void emit(Slabs& s, const Pyramids& pyramids, const SurfaceSink& sink) {
     for (std::int64_t z = 0; z < bits.nz;) {
         const std::int64_t end = slab_end(s, pyramids, z);
         const SlabOutput slab(bits, pyramids, z, end);
-        window.advance(end + 2, 2);
-        const auto for_slices_with_points = [&](const auto& f) {
-            if (s.ambiguous) parallel_for(z, std::min(end + 1, bits.nz), f);
-        };
+        const Progress of_slab = s.slab_progress(progress, z, end);
+        window.advance(end + 2, 2, sub_progress(of_slab, 0, 0.4));
+        const std::int64_t points_end = s.ambiguous ? std::min(end + 1, bits.nz) : z;
+        const auto for_slices_with_points = [&](const auto& f) { parallel_for(z, points_end, f); };
+        Stage stage(of_slab, 0.4, 0.9, static_cast<std::size_t>(points_end - z) + 2 * share_count());
         for_slices_with_points([&](std::int64_t slice) {
             if (!s.ambiguous->find_again(slice, s.active)) throw_samples_changed();
+            stage.step();
         });
-        emit(input, slab, normals, memory);
+        emit(input, slab, normals, memory, stage);
         for_slices_with_points([&](std::int64_t slice) { s.ambiguous->forget(slice); });
         hand_over(slab, normals, memory, sink);
         window.release(end, 1);
         z = end;
-        report_progress(s.options.progress,
-                        0.4 + 0.6 * static_cast<double>(end) / static_cast<double>(bits.nz));
+        report_progress(of_slab, 1);
     }
 }
 
@@ -385,12 +434,13 @@ void extract_isosurface_in_slabs(const SliceSource& source, double isovalue, con
     try {
         with_threads(options.threads, [&] {
             Slabs slabs(source, sample_isovalue, sink, limits, options);
-            const Pyramids pyramids = count(slabs);
-            check_point_count(pyramids.points.total());
-            slabs.divide_memory(most_output_bytes(slabs, pyramids));
-            sink.begin(pyramids.points.total(), pyramids.triangles.total(), options.normals);
-            emit(slabs, pyramids, sink);
+            const Pyramids pyramids = count(slabs, sub_progress(options.progress, 0, 0.4));
             if (stats != nullptr) stats->non_finite_samples = slabs.window.non_finite_samples();
+            check_point_count(pyramids.points.total());
+            slabs.memory.divide(most_output_bytes(slabs, pyramids));
+            slabs.window.use_huge_pages(slabs.memory.huge_pages());
+            sink.begin(pyramids.points.total(), pyramids.triangles.total(), options.normals);
+            emit(slabs, pyramids, sink, sub_progress(options.progress, 0.4, 1));
         });
     } catch (const std::bad_alloc&) {
         throw_out_of_memory(source.geometry);

@@ -1,4 +1,5 @@
 // Writes a temporary file and renames it to its target.
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <string>
@@ -8,6 +9,9 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#ifdef __linux__
+#include <sys/xattr.h>
+#endif
 
 #include <marrow/atomic_file.h>
 #include <marrow/error.h>
@@ -52,6 +56,28 @@ int flush_folder(const fs::path& folder) {
     return error;
 }
 
+// Gives a file the permissions of the one that it replaces, so that nobody may read it who could not read
+// that. File systems without permissions refuse this.
+void keep_permissions(const fs::path& from, int descriptor) {
+    struct stat old {};
+    if (::stat(from.c_str(), &old) != 0) return;
+    mode_t mode = old.st_mode & 0777;
+    // Only members of a group may give it a file. The rights of one group are not for another.
+    if (::fchown(descriptor, static_cast<uid_t>(-1), old.st_gid) != 0) mode &= ~static_cast<mode_t>(S_IRWXG);
+#ifdef __linux__
+    // With an access control list, the bits of the group limit what others in the list may do.
+    constexpr const char* kList = "system.posix_acl_access";
+    std::array<char, 4096> list;
+    const ssize_t size = ::getxattr(from.c_str(), kList, list.data(), list.size());
+    const bool has_list = size >= 0 || errno == ERANGE;
+    if (!has_list)
+        ::fremovexattr(descriptor, kList);  // which the folder gives to new files
+    else if (size < 0 || ::fsetxattr(descriptor, kList, list.data(), static_cast<std::size_t>(size), 0) != 0)
+        mode &= ~static_cast<mode_t>(S_IRWXG);
+#endif
+    ::fchmod(descriptor, mode);
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(const fs::path& target) : named_(target) {
@@ -60,7 +86,8 @@ AtomicFile::AtomicFile(const fs::path& target) : named_(target) {
     if (error) fail(error.value());
     const fs::file_status status = fs::status(target_, error);
     if (!target_.has_filename() || fs::is_directory(status)) fail(EISDIR);
-    // A rename would replace a device or a pipe by a regular file.
+    // A rename would replace a file that is protected, and a device or a pipe by a regular file.
+    if (fs::exists(status) && ::faccessat(AT_FDCWD, target_.c_str(), W_OK, AT_EACCESS) != 0) fail(errno);
     if (fs::exists(status) && !fs::is_regular_file(status))
         throw IoError("cannot write " + quoted(named_) + ": it is not a regular file");
 
@@ -71,10 +98,7 @@ AtomicFile::AtomicFile(const fs::path& target) : named_(target) {
         descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (descriptor_ < 0 && errno != EEXIST) fail(errno);
     }
-    // What nobody else could read stays so. The owner may write: other processes may do it. File systems
-    // without permissions refuse this.
-    if (fs::exists(status))
-        ::fchmod(descriptor_, (static_cast<mode_t>(status.permissions()) & 0777) | S_IWUSR);
+    if (fs::exists(status)) keep_permissions(target_, descriptor_);
 }
 
 AtomicFile::~AtomicFile() {

@@ -7,6 +7,7 @@
 #include <charconv>
 
 #include <marrow/error.h>
+#include <marrow/printable.h>
 
 namespace marrow::internal::io {
 
@@ -40,6 +41,15 @@ std::size_t length_of_character(std::string_view text) {
     constexpr unsigned kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
     const bool surrogate = code >= 0xd800 && code < 0xe000, noncharacter = (code & 0xfffe) == 0xfffe;
     return code >= kLeast[length] && code <= 0x10ffff && !surrogate && !noncharacter ? length : 0;
+}
+
+void append_printable(const Character& character, std::string& out) {
+    if (character.is_valid && !character.is_control) {
+        out += character.bytes;
+        return;
+    }
+    for (const char byte : character.bytes)
+        out += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
 }
 
 template <class T>
@@ -77,12 +87,7 @@ std::string quoted(std::string_view text) {
         }
         const Character character = first_character(rest);
         rest.remove_prefix(character.bytes.size());
-        if (character.is_valid && !character.is_control) {
-            out += character.bytes;
-            continue;
-        }
-        for (const char byte : character.bytes)
-            out += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
+        append_printable(character, out);
     }
     return out + "'";
 }
@@ -207,3 +212,13 @@ std::filesystem::path sibling_path(const std::filesystem::path& header, std::str
 }
 
 }  // namespace marrow::internal::io
+
+std::string marrow::printable(std::string_view text) {
+    std::string out;
+    while (!text.empty()) {
+        const internal::io::Character character = internal::io::first_character(text);
+        internal::io::append_printable(character, out);
+        text.remove_prefix(character.bytes.size());
+    }
+    return out;
+}

@@ -55,6 +55,7 @@ std::array<double, 3> srgb_of(const std::vector<std::uint16_t>& encoded) {
 struct FrameGrid {
     Geometry geometry;
     std::vector<std::size_t> slices;
+    std::vector<std::string> warnings;
 };
 
 [[noreturn]] void refuse(const DicomFile& file, const std::string& why) {
@@ -65,8 +66,15 @@ bool near(const Vec3d& a, const Vec3d& b, double tolerance) {
     return length(a - b) <= tolerance;
 }
 
+// Whether a distance is a multiple of a step, twice the step or more.
+bool is_several_steps(double distance, double step) {
+    const double steps = std::round(distance / step);
+    return step > 0 && steps >= 2 && std::abs(distance / step - steps) <= 0.01 * steps;
+}
+
 // The step between slices, mm: as stated, or the smallest distance between frames.
-double step_between(const DicomFile& file, const std::vector<double>& along) {
+double step_between(const DicomFile& file, const std::vector<double>& along,
+                    std::vector<std::string>& warnings) {
     std::vector<double> sorted = along;
     std::sort(sorted.begin(), sorted.end());
     double smallest = 0;
@@ -75,8 +83,19 @@ double step_between(const DicomFile& file, const std::vector<double>& along) {
         if (gap > 1e-4 && (smallest == 0 || gap < smallest)) smallest = gap;
     }
     const DicomFrame& first = file.frames[0];
-    const double stated = first.between.value_or(smallest > 0 ? 0 : first.thickness.value_or(0));
+    const double thickness = first.thickness.value_or(0);
+    if (!first.between && is_several_steps(smallest, thickness))
+        warnings.push_back(fmt::format(
+            "the segmentation does not state how far apart its slices are; its closest frames are {:g} mm "
+            "apart, which is taken, but {:g} mm thick, so slices between them may be missing",
+            smallest, thickness));
+    const double stated = first.between.value_or(smallest > 0 ? 0 : thickness);
     if (!(stated > 0)) return smallest;
+    if (is_several_steps(smallest, stated))
+        warnings.push_back(fmt::format(
+            "no two frames of the segmentation are beside each other: its slices are {:g} mm apart, and its "
+            "closest frames {:g} mm; the slices between them are empty",
+            stated, smallest));
     const double steps = smallest / stated;
     return std::abs(steps - std::round(steps)) <= 0.01 ? stated : smallest;
 }
@@ -98,7 +117,8 @@ FrameGrid grid_of(const DicomFile& file) {
         along.push_back(dot(*frame.position, normal));
     }
     const auto [low, high] = std::minmax_element(along.begin(), along.end());
-    const double guess = step_between(file, along);
+    FrameGrid out;
+    const double guess = step_between(file, along, out.warnings);
     if (!(guess > 0)) refuse(file, "the segmentation does not state the distance between its slices");
     const double steps = std::round((*high - *low) / guess);
     constexpr double kMostSlices = 2000;
@@ -106,7 +126,6 @@ FrameGrid grid_of(const DicomFile& file) {
         refuse(file, fmt::format("the segmentation would have {:.0f} slices", steps + 1));
     const double step = steps > 0 ? (*high - *low) / steps : guess;
 
-    FrameGrid out;
     Geometry& g = out.geometry;
     g.dims = {file.columns, file.rows, static_cast<std::int64_t>(steps) + 1};
     g.spacing = {(*first.spacing)[0], (*first.spacing)[1], step};
@@ -200,6 +219,7 @@ template <class T>
 LabelMaps maps_of(const DicomFile& file, const FrameGrid& grid, const std::int32_t* stored,
                   const ScanOptions& options) {
     LabelMaps out;
+    out.warnings = grid.warnings;
     const DicomSegmentation& segmentation = *file.segmentation;
     if (segmentation.type == DicomSegmentation::Type::label_map) {
         out.maps.push_back(stored_map<T>(grid, stored, static_cast<std::size_t>(file.columns * file.rows)));

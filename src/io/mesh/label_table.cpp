@@ -70,7 +70,7 @@ std::vector<Word> words_of(std::string_view line) {
         const std::string_view between =
             line.substr(0, std::min(line.find_first_not_of(kBetween), line.size()));
         line.remove_prefix(between.size());
-        if (line.empty() || line.front() == '#') return words;
+        if (line.empty()) return words;
         const auto commas =
             std::count_if(between.begin(), between.end(), [](char c) { return c == ',' || c == ';'; });
         for (auto empty = commas; empty > 1 && !words.empty(); --empty) words.push_back({"", false, true});
@@ -141,8 +141,10 @@ LabelTable read_label_table(const std::filesystem::path& file) {
     constexpr std::string_view kUtf8Mark = "\xEF\xBB\xBF";
     if (rest.starts_with(kUtf8Mark)) rest.remove_prefix(kUtf8Mark.size());
     while (!rest.empty()) {
-        const std::vector<Word> words = words_of(take_line(rest));
+        const std::string_view text_of_line = take_line(rest);
         ++line_number;
+        if (trimmed(text_of_line).starts_with('#')) continue;
+        const std::vector<Word> words = words_of(text_of_line);
         if (words.empty()) continue;
         const std::optional<std::int64_t> label = label_in(words.front());
         if (!label || words.size() < 2)

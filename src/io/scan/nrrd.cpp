@@ -21,7 +21,7 @@ using Fields = std::map<std::string, std::string>;
 
 struct Header {
     std::filesystem::path path;
-    Fields fields;
+    Fields fields, keys;
     std::vector<std::string> listed_files;  // lines after "data file: LIST"
     std::size_t end = 0;                    // offset of the data after an attached header
 
@@ -53,7 +53,7 @@ std::string field_name(std::string_view name) {
 Header parse(const std::filesystem::path& path) {
     constexpr std::size_t kLongest = 1 << 20;
     const std::string text = read_head(path, kLongest);
-    Header header{path, {}, {}, 0};
+    Header header{path, {}, {}, {}, 0};
     if (!text.starts_with("NRRD000")) fail<InputError>(path, "is not a NRRD file");
 
     bool in_list = false;
@@ -69,8 +69,11 @@ Header parse(const std::filesystem::path& path) {
             continue;
         }
         if (line.empty()) break;
-        // Keys and their values are not used. A key may have a colon.
-        if (line.find(":=") < line.find(": ")) continue;
+        // A key may have a colon.
+        if (const std::size_t equals = line.find(":="); equals < line.find(": ")) {
+            header.keys.emplace(line.substr(0, equals), line.substr(equals + 2));
+            continue;
+        }
         const std::size_t colon = line.find(':');
         if (colon == line.npos) header.refuse(fmt::format("cannot parse the line {}", quoted(line)));
         const std::string name = field_name(line.substr(0, colon));
@@ -196,6 +199,36 @@ Vec3d to_lps(const Header& header, RawImage& image) {
     header.refuse(fmt::format("the space {} is not supported", quoted(*space)));
 }
 
+// Red, green and blue from 0 to 1.
+std::optional<std::array<double, 3>> colour(std::string_view text) {
+    const auto words = split(text);
+    if (words.size() != 3) return {};
+    std::array<double, 3> out{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const auto part = parse_double(words[i]);
+        if (!part || !(*part >= 0 && *part <= 1)) return {};
+        out[i] = *part;
+    }
+    return out;
+}
+
+// The segments that 3D Slicer describes by keys: Segment0_LabelValue, Segment0_Name, Segment0_Color.
+LabelTable segments(const Header& header) {
+    constexpr std::string_view kBegin = "Segment", kEnd = "_LabelValue";
+    const auto text = [&](const std::string& key) {
+        const auto at = header.keys.find(key);
+        return at == header.keys.end() ? std::string() : at->second;
+    };
+    LabelTable out;
+    for (const auto& [key, value] : header.keys) {
+        if (!key.starts_with(kBegin) || !key.ends_with(kEnd)) continue;
+        const std::string segment = key.substr(0, key.size() - kEnd.size());
+        if (const auto label = parse_integer(value))
+            out.emplace(*label, LabelEntry{text(segment + "_Name"), colour(text(segment + "_Color"))});
+    }
+    return out;
+}
+
 // The three axes of space. Other axes may be present if they have one value each.
 std::array<std::size_t, 3> spatial_axes(const Header& header, const std::vector<double>& sizes,
                                         const std::vector<std::optional<Vec3d>>& known_directions) {
@@ -220,6 +253,11 @@ std::array<std::size_t, 3> spatial_axes(const Header& header, const std::vector<
         const bool of_space = std::find(spatial.begin(), spatial.end(), to_lower(kinds[a])) != spatial.end();
         if (in_space && of_space && (axes == 3 || space.size() < 3)) {
             space.push_back(a);
+        } else if (sizes[a] != 1 && !segments(header).empty()) {
+            header.refuse(
+                fmt::format("has segments that overlap, in {:.0f} layers, which is not supported; export the "
+                            "segmentation from 3D Slicer as DICOM, or as a label map",
+                            sizes[a]));
         } else if (sizes[a] != 1 && kinds[a] == "???") {
             header.refuse(fmt::format(
                 "has more than three dimensions; split it into volumes along axis {}, which has size {:.0f}",
@@ -395,6 +433,7 @@ RawImage read_nrrd_header(const std::filesystem::path& path) {
     }
     read_geometry(header, sizes, image);
     read_data_location(header, image);
+    image.labels = segments(header);
 
     const bool bytes = image.type == StoredType::uint8 || image.type == StoredType::int8;
     const std::string endian = bytes ? "little" : to_lower(header.require("endian"));

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <marrow/label_table.h>
 #include <marrow/scan_io.h>
 #include <marrow/streaming.h>
 
@@ -30,6 +31,7 @@ struct RawImage {
     std::int64_t volume = 0;       ///< index of the volume to read
     Rescale rescale;               ///< to apply while reading
     Rescale kept;                  ///< to leave to the volume; the other one is then the identity
+    LabelTable labels;             ///< the names and colours of segments
     std::vector<std::string> warnings;
 };
 

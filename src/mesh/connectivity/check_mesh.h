@@ -12,8 +12,11 @@
 
 namespace marrow::internal {
 
-/// \throw InputError if a triangle has an index out of range
-inline void check_indices(const MeshView& mesh) {
+/// \throw InputError if a triangle has an index out of range, or some points have normals and others do not
+inline void check_arrays(const MeshView& mesh) {
+    if (!mesh.normals.empty() && mesh.normals.size() != mesh.points.size())
+        throw InputError("mesh: there are " + std::to_string(mesh.points.size()) + " points but " +
+                         std::to_string(mesh.normals.size()) + " normals");
     const auto is_wrong = [&](std::uint32_t p) { return p >= mesh.points.size(); };
     bool any = false;  // without a branch, so that compilers make vectors
     for (const Triangle& t : mesh.triangles) {

@@ -240,7 +240,7 @@ Mesh simplify(const Mesh& mesh, const SimplifyOptions& options, SimplifyStats* s
         throw InputError("simplify: the number of triangles must not be negative");
     if (options.max_error && !(*options.max_error > 0))
         throw InputError("simplify: the largest error must be above 0 mm");
-    check_indices(mesh);
+    check_arrays(mesh);
     check_coordinates(mesh.points);
     if (mesh.triangles.size() >= std::size_t{1} << 30)
         throw LimitError("simplify: the mesh has 2^30 triangles or more");

@@ -297,7 +297,7 @@ MeshDistance mesh_distance(MeshView a, MeshView b, const DistanceOptions& option
     if (options.samples < 1) throw InputError("mesh distance: there must be at least one sample");
     for (const MeshView& mesh : {a, b}) {
         if (mesh.triangles.empty()) throw InputError("mesh distance: a mesh has no triangles");
-        check_indices(mesh);
+        check_arrays(mesh);
         check_coordinates(mesh.points);
         check_triangle_count(mesh, "mesh distance");
     }

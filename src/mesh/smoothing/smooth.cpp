@@ -142,7 +142,7 @@ Mesh smooth(const Mesh& mesh, const SmoothOptions& options, SmoothStats* stats) 
         throw InputError("smooth: the largest move must be a number of mm from 0 upwards");
     if (options.bound && !(std::abs(determinant(*options.bound)) > 0))
         throw InputError("smooth: the matrix of the bound is singular");
-    check_indices(mesh);
+    check_arrays(mesh);
     check_coordinates(mesh.points);
     check_triangle_count(mesh, "smooth");
     if (stats) *stats = {};
