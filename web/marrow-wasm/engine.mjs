@@ -85,7 +85,8 @@ export class Engine {
 
   /**
    * Asks the worker for something. `latest` names a kind of requests of which only the newest waits: it takes the place
-   * of an older one, which rejects. With `abandon`, a signal rejects the promise, and a worker that has begun goes on.
+   * of an older one, which rejects. With `abandon`, a signal does not end the worker. A busy worker hears of nothing, but where it
+   * can look at memory of the caller, it stops this request; elsewhere it goes on to the request's end.
    */
   call(name, parameters = {}, { transfer = [], onProgress, signal, latest, abandon } = {}) {
     if (this.#end) return Promise.reject(this.#end);
@@ -93,15 +94,17 @@ export class Engine {
     return new Promise((resolve, reject) => {
       checked({ onProgress, signal });
       const id = ++this.#last;
+      const stop = abandon && signal && canShareMemory() ? new Int32Array(new SharedArrayBuffer(4)) : undefined;
       const abort = () => {
         if (!abandon) return this.cancel();
+        if (stop) Atomics.store(stop, 0, 1);
         this.tell('forget', { call: id });
         this.#receive({ id, error: { message: 'cancelled', code: 130 } });
       };
       signal?.addEventListener('abort', abort, { once: true });
       this.#calls.set(id, { resolve, reject, onProgress, unlisten: () => signal?.removeEventListener('abort', abort) });
       if (this.#calls.size === 1) this.#worker.keepAlive(true);
-      this.#worker.post({ id, name, parameters, latest, progress: onProgress !== undefined }, transfer);
+      this.#worker.post({ id, name, parameters, latest, stop, progress: onProgress !== undefined }, transfer);
     });
   }
 

@@ -45,7 +45,7 @@ function chosen(paths) {
     return { path: headers[0], name: headers[0].split('/').pop() };
   const top = paths[0].split('/')[0];
   const oneFolder = paths.every((path) => path.startsWith(`${top}/`));
-  return oneFolder ? { path: top, name: top.replace(/\.zip$/i, '') } : { path: '', name: 'scan' };
+  return oneFolder ? { path: top, name: top.replace(/\.zip$/i, '') } : { path: '', name: 'folder with these files' };
 }
 
 const kAhead = 1 << 18, kMostKept = 1 << 27;  // bytes

@@ -188,7 +188,10 @@ export interface Label {
 }
 
 export interface Scan {
-  /** What the user dropped, for titles and commandLine(): the name of the file or top folder. */
+  /**
+   * What the user dropped, for titles and commandLine(): the name of the file or top folder. Files that lie in no common
+   * folder are the 'folder with these files', as the command line reads several files only from a folder.
+   */
   readonly name: string;
   readonly format: string;
   readonly description: string;
@@ -383,7 +386,10 @@ export interface LabelSurface extends Mesh {
   heldBack: number;
 }
 
-/** One closed surface for each label of a label map, in ascending order of labels. */
+/**
+ * One closed surface for each label of a label map, in ascending order of labels. A signal stops the worker of the scan
+ * where it stops an extraction: ExtractOptions.signal.
+ */
 export function labels(scan: Scan, options?: LabelOptions): Promise<LabelSurface[]>;
 
 // --------------------------------------------------------------------------------------------- what is done to meshes
@@ -422,7 +428,7 @@ export interface SmoothOptions extends WorkOptions {
 export function smooth(mesh: Mesh, options?: SmoothOptions):
   Promise<StepResult & { movedMean: number; movedMax: number; heldBack: number }>;
 
-/** When to stop; at the first that is reached. One of `keep`, `triangles` and `maxError` is needed. */
+/** When to stop: `keep` or `triangles`, or `maxError`, or one of each, and then at the first that is reached. */
 export interface SimplifyOptions extends WorkOptions {
   /** The fraction of the triangles to keep, above 0 and at most 1. */
   keep?: number;

@@ -1,7 +1,7 @@
 // The package's interface; index.d.ts documents it.
 import { commandLine } from './command_line.mjs';
 import { contour } from './contour.mjs';
-import { Engine, canShareMemory, canUseThreads, chosenThreads, configure, prepareEngine } from './engine.mjs';
+import { Engine, canUseThreads, chosenThreads, configure, prepareEngine } from './engine.mjs';
 import { MarrowError } from './errors.mjs';
 import { checked } from './options.mjs';
 
@@ -153,16 +153,8 @@ export class Extractor {
   async extract(isovalue, { level = 0, signal } = {}) {
     checked({ isovalue, level, signal });
     const latest = `${this.#number}:${level}`;
-    // A busy worker hears of nothing, but it can look at memory that it shares with the page, where there is such memory.
-    const stop = signal && canShareMemory() ? new Int32Array(new SharedArrayBuffer(4)) : undefined;
-    const onAbort = () => stop && Atomics.store(stop, 0, 1);
-    signal?.addEventListener('abort', onAbort, { once: true });
-    try {
-      const mesh = await this.#engine.call('extract', { extractor: this.#number, isovalue, level, stop }, { latest, signal, abandon: true });
-      return { ...mesh, name: String(isovalue) };
-    } finally {
-      signal?.removeEventListener('abort', onAbort);
-    }
+    const mesh = await this.#engine.call('extract', { extractor: this.#number, isovalue, level }, { latest, signal, abandon: true });
+    return { ...mesh, name: String(isovalue) };
   }
 
   recycle(mesh) {
@@ -193,7 +185,7 @@ export async function labels(scan, { relax = 40, only, crop, table, onProgress, 
   const engine = Scan.engineOf(scan), parameters = checked({ relax, only, crop });
   checked({ table });
   checkCrop(crop, scan);
-  // The scan's worker goes on to the end, because ending it would lose the scan.
+  // Ending the worker would lose the scan.
   const surfaces = await engine.call('labels', parameters, { onProgress, signal, abandon: true });
   const known = new Map(table?.labels.map((label) => [label.label, label]));
   const sample = scan.spacing[0] * scan.spacing[1] * scan.spacing[2] * Math.abs(determinant(scan.direction));
@@ -220,7 +212,10 @@ function arraysOf(mesh) {
 
 function plain(mesh) {
   const { points, normals = new Float32Array(), triangles, name, colour } = mesh ?? {};
-  return { ...arraysOf({ points, normals, triangles }), ...checked({ name, colour }) };
+  const arrays = arraysOf({ points, normals, triangles });
+  if (normals.length !== 0 && normals.length !== points.length)
+    throw new MarrowError(`normals must be one for each of the ${points.length / 3} points, or none, not ${normals.length / 3}`, 2);
+  return { ...arrays, ...checked({ name, colour }) };
 }
 const named = (mesh, { name, colour }) => ({ ...mesh, ...(name !== undefined && { name }), ...(colour && { colour }) });
 
@@ -248,6 +243,8 @@ export async function simplify(mesh, { keep, triangles, maxError, scan, ...work 
   checked({ scan });
   if ((keep ?? triangles ?? maxError) === undefined)
     throw new MarrowError('simplify needs keep, triangles or maxError, to know when to stop', 2);
+  if (keep !== undefined && triangles !== undefined)
+    throw new MarrowError('keep and triangles both set the number of triangles: give one of them', 2);
   const { wanted, ...answer } = await inWorker((engine) => engine.call('simplify', parameters, work));
   const notes = [];
   if (maxError === undefined && wanted !== undefined && answer.mesh.triangles.length / 3 > wanted)

@@ -226,7 +226,7 @@ const requests = {
   },
   labelTable: ({ files }) => withFiles(files, 'labelTable', {}),
   createExtractor: (parameters) => run('createExtractor', { ...parameters, stoppable: options.stoppable }),
-  extract({ stop, ...parameters }, transfer) {
+  extract(parameters, transfer) {
     const start = performance.now();
     const answer = run('extract', parameters);
     const extracted = performance.now();
@@ -303,11 +303,11 @@ async function work() {
     for (let i = 1; i < waiting.length; ++i) {
       if (priority(waiting[i]) < priority(waiting[next])) next = i;
     }
-    const { id, name, parameters, progress } = waiting.splice(next, 1)[0];
+    const { id, name, parameters, stop, progress } = waiting.splice(next, 1)[0];
     const transfer = [];
     try {
       if (startFailure) throw startFailure;
-      if (module) module.onProgress = reporter(id, progress, parameters.stop);
+      if (module) module.onProgress = reporter(id, progress, stop);
       const result = await requests[name](parameters, transfer);
       if (id !== undefined) post({ id, result }, transfer);
     } catch (error) {

@@ -12,8 +12,8 @@ import { POLICY } from './policy.mjs';
 const TYPES = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.mjs': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml', '.wasm': 'application/wasm', '.json': 'application/json' };
 const ISOLATION = { 'Content-Security-Policy': POLICY, 'Cross-Origin-Opener-Policy': 'same-origin', 'Cross-Origin-Embedder-Policy': 'require-corp', 'Cross-Origin-Resource-Policy': 'same-origin' };
 
-/** Serves a folder; resolves when the server listens. */
-export async function serve(folder, { port = 0, isolated = true } = {}) {
+/** Serves a folder; resolves when the server listens. `caching` is what the browser is told about keeping the files. */
+export async function serve(folder, { port = 0, isolated = true, caching = 'no-cache' } = {}) {
   const server = createServer(async (request, response) => {
     let path;
     try {
@@ -29,7 +29,7 @@ export async function serve(folder, { port = 0, isolated = true } = {}) {
       response.writeHead(404).end('not found');
       return;
     }
-    response.writeHead(200, { 'Content-Type': TYPES[extname(file)] ?? 'application/octet-stream', 'Cache-Control': 'no-cache', ...(isolated && ISOLATION) });
+    response.writeHead(200, { 'Content-Type': TYPES[extname(file)] ?? 'application/octet-stream', 'Cache-Control': caching, ...(isolated && ISOLATION) });
     pipeline(createReadStream(file), response, () => {}); // a request may end early
   });
   await new Promise((resolve, reject) => server.once('error', reject).listen(port, 'localhost', resolve));

@@ -209,8 +209,8 @@ Json describe_scan(const Json&) {
     const Histogram samples = histogram(scan(), 256, info.padding);
     // Whether it is in Hounsfield units depends on air, which may be padding.
     const double lowest = info.padding ? std::min(samples.lower, *info.padding) : samples.lower;
-    const bool segmentation = info.series.modality == "SEG";
-    const bool is_map = segmentation || (info.series.modality.empty() && apps::looks_like_label_map(scan()));
+    const bool segmentation = info.series.modality == "SEG" || !info.series.labels.empty();
+    const bool is_map = segmentation || apps::is_label_map(scan(), info.series);
     const bool hounsfield =
         !is_map && !samples.counts.empty() && presets_apply(info.series.modality, info.format, lowest);
     const Mat3d m = g.index_to_physical();

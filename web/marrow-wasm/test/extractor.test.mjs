@@ -76,6 +76,23 @@ test('a signal stops an extraction that runs, and the next one is right', async 
   for (const name of ['points', 'normals', 'triangles']) assert.deepEqual(after[name], fresh[name]);
 });
 
+test('a signal stops the surfaces of labels, and the next ones are right', async (t) => {
+  let stopped = 0;
+  const listen = (worker) => worker.on('message', ({ error }) => { stopped += error?.code === 130; });
+  process.on('worker', listen);
+  t.after(() => process.off('worker', listen));
+  const dims = [64, 64, 64], blocks = Uint8Array.from({ length: 64 ** 3 }, (_, i) => 1 + (i % 64 >> 4) + 4 * (i >> 10 & 3) + 16 * (i >> 16));
+  const [scan, other] = [await scanOf(blocks, { dims }), await scanOf(blocks, { dims })], controller = new AbortController();
+  t.after(() => [scan, other].forEach((one) => one.dispose()));
+  await assert.rejects(marrow.labels(scan, { signal: controller.signal, onProgress: () => controller.abort() }), { code: 130 });
+  await scan.slice(2, 0);  // comes after the worker's answer
+  assert.equal(stopped, 1);
+  const options = { relax: 2, crop: { first: [0, 0, 0], last: [19, 19, 19] } };
+  const after = await marrow.labels(scan, options);
+  assert.equal(after.length, 8);
+  assert.deepEqual(after, await marrow.labels(other, options));
+});
+
 test('memory does not grow over 100 extractions', async (t) => {
   const scan = await scanOf(lumps('int16', large.dims), large);
   t.after(() => scan.dispose());

@@ -121,6 +121,7 @@ test('what is missing, or is something else, is named with what to give', async 
       () => writeMesh([mesh, undefined], 'a.glb'), () => smooth(5), () => smooth({ points }), () => measure({ points }),
     ],
     simplify: [() => simplify(mesh), () => simplify(mesh, {})],
+    'keep and triangles': [() => simplify(mesh, { keep: 0.5, triangles: 10 })],
     name: [() => writeMesh(mesh)],
   };
   for (const [name, calls] of Object.entries(refused)) {
@@ -182,6 +183,16 @@ test('arrays that end within a point or a triangle are refused', async () => {
       assert.ok(message.startsWith(name), message);
     }
   }
+});
+
+test('normals that are not one for each point are refused', async () => {
+  const mesh = tetrahedron(), few = { ...mesh, normals: new Float32Array(3) };
+  for (const call of [() => keepComponents(few), () => smooth(few), () => simplify(few, { keep: 0.5 }), () => writeMesh(few, 'a.ply')]) {
+    const { code, message } = await rejection(call());
+    assert.equal(code, 2);
+    assert.equal(message, 'normals must be one for each of the 4 points, or none, not 1');
+  }
+  assert.ok((await measure(few)).volume > 0);  // takes no normals
 });
 
 test('samples of a class of their own are those of its base', async () => {

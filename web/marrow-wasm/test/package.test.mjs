@@ -51,7 +51,7 @@ test('a worker whose work an exception cut short is not used again', async (t) =
   t.after(() => { Worker.prototype.postMessage = postMessage; });
   // Looking at this memory throws, in the middle of the extraction.
   Worker.prototype.postMessage = function (message, ...more) {
-    if (message.name === 'extract') message.parameters.stop = {};
+    if (message.name === 'extract') message.stop = {};
     postMessage.call(this, message, ...more);
   };
   assert.equal((await rejection(extractor.extract(50))).code, 3);

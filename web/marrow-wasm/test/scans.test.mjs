@@ -118,7 +118,7 @@ test('a header is read with the files that it names, whatever else is beside it'
 
 test('loose files are named in errors', async () => {
   const texts = ['a.txt', 'b.txt'].map((path) => ({ path, data: Buffer.from('hello') }));
-  assert.match((await rejection(readScan(texts))).message, /^'scan': none of the folder's 2 files/);
+  assert.match((await rejection(readScan(texts))).message, /^'folder with these files': none of the folder's 2 files/);
 });
 
 test('several series are listed, and one is chosen by its number', async () => {

@@ -28,6 +28,7 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     const action = control ? (key === 'o' ? (e.shiftKey ? actions.openFolder : actions.openFile) : withControl[key]) : plain[key];
     if (!action) return;
     e.preventDefault();
+    if (types) (e.target as HTMLElement).blur(); // accepts what is typed, as Enter does
     if (store.state.scan || !needsScan.has(key)) action();
   });
 }

@@ -85,13 +85,14 @@ byId('welcome-demo').addEventListener('click', ({ currentTarget }) => {
 });
 
 const veil = byId('drop-veil');
-addEventListener('dragenter', (e) => { if (e.dataTransfer?.types.includes('Files')) veil.hidden = false; });
+const hasFiles = (e: DragEvent) => e.dataTransfer?.types.includes('Files'); // and not a text
+addEventListener('dragenter', (e) => { if (hasFiles(e)) veil.hidden = false; });
 addEventListener('dragover', (e) => e.preventDefault());
 addEventListener('dragleave', (e) => { if (e.relatedTarget === null) veil.hidden = true; });
 addEventListener('drop', (e) => {
   e.preventDefault();
   veil.hidden = true;
-  if (e.dataTransfer) void openScan(store, filesOfDrop(e.dataTransfer));
+  if (e.dataTransfer && hasFiles(e)) void openScan(store, filesOfDrop(e.dataTransfer));
 });
 
 // ------------------------------------------------------------------------------------------------ buttons and keys

@@ -8,15 +8,19 @@ const worker = self as unknown as ServiceWorkerGlobalScope;
 declare const POLICY: string;
 declare const FILES: string[];
 declare const VERSION: string;
-const CACHE = `marrow-${VERSION}`;
+// Another folder of the site may have a page and a worker of its own. A scope has no space, so its names are not those of another.
+const MINE = `marrow ${worker.registration.scope} `;
+const CACHE = `${MINE}${VERSION}`;
 
 // A newer worker waits until all pages of this one are closed: they load some of its files only when needed.
 worker.addEventListener('install', (event) => {
-  event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(FILES)));
+  // The browser's own cache may still have files of the version before under the same names.
+  const newest = FILES.map((file) => new Request(file, { cache: 'reload' }));
+  event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(newest)));
 });
 
 worker.addEventListener('activate', (event) => {
-  const forgetOlder = caches.keys().then((names) => Promise.all(names.filter((n) => n.startsWith('marrow-') && n !== CACHE).map((n) => caches.delete(n))));
+  const forgetOlder = caches.keys().then((names) => Promise.all(names.filter((n) => n.startsWith(MINE) && n !== CACHE).map((n) => caches.delete(n))));
   // The page of the first visit has no worker yet.
   event.waitUntil(forgetOlder.then(() => worker.clients.claim()));
 });

@@ -64,6 +64,34 @@ describe('other input', () => {
     await settled(page);
   });
 
+  test('a text that is dropped is none, and a file that cannot be read is named', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await page.evaluate(() => {
+      const transfer = new DataTransfer();
+      transfer.setData('text/plain', 'a text');
+      dispatchEvent(new DragEvent('drop', { dataTransfer: transfer, bubbles: true, cancelable: true }));
+    });
+    assert.equal(await page.locator('.banner').count(), 0);
+    await page.evaluate(() => {
+      const fail = (_, reject) => reject(new DOMException('it is gone', 'NotFoundError'));
+      const entry = { isFile: true, fullPath: '/series/007.dcm', file: fail };
+      const transfer = { types: ['Files'], items: [{ webkitGetAsEntry: () => entry }], files: [] };
+      dispatchEvent(Object.defineProperty(new Event('drop'), 'dataTransfer', { value: transfer }));
+    });
+    assert.equal(await errorText(page), "'series/007.dcm' cannot be read: it is gone");
+  });
+
+  test('files of no common folder are exported by a command line that reads them from one', async (t) => {
+    const page = await openPage(t, browser, await served(t)), folder = temporaryFolder(t), name = 'folder with these files';
+    mkdirSync(join(folder, name));
+    const files = Array.from({ length: 20 }, (_, k) => `0${k + 70}.dcm`);
+    for (const file of files) writeFileSync(join(folder, name, file), readFileSync(join(head, file)));
+    await openFiles(page, files.map((file) => join(head, file)));
+    await settled(page);
+    assert.match(await text(page, '#status'), new RegExp(`^${name}`));
+    assert.match(await assertSameBytes(page, folder, 'stl'), new RegExp(`^marrow '${name}' `));
+  });
+
   test('a truncated file is refused with the reason of the command line, and the scan before stays open', async (t) => {
     const page = await openPage(t, browser, await served(t));
     await openFolder(page, head);
@@ -222,6 +250,23 @@ describe('other input', () => {
     writeFileSync(join(folder, 'wrong.txt'), '7 spleen\n');
     await openFiles(page, [join(folder, 'wrong.txt')]);
     assert.match(await errorText(page), /wrong\.txt.*none of the map's labels/);
+  });
+
+  test('a text in the folder of a label map is a table, or is ignored', async (t) => {
+    const page = await openPage(t, browser, await served(t)), folder = temporaryFolder(t);
+    for (const [name, content] of [['named', '1 left\n2 right\n'], ['described', 'Segmented by hand, version 2\n']]) {
+      mkdirSync(join(folder, name));
+      writeFileSync(join(folder, name, `${name}.nrrd`), labelNrrd());
+      writeFileSync(join(folder, name, 'README.txt'), content);
+      await page.setInputFiles('#folder-input', join(folder, name));
+      await page.waitForFunction((start) => document.title.startsWith(start), name);
+      if (name === 'named') await page.waitForFunction(() => document.querySelector('.label-list .name').textContent === 'left');
+      await settled(page);
+    }
+    assert.deepEqual(await page.locator('.label-list .name').allTextContents(), ['label-1', 'label-2']);
+    assert.equal(await page.locator('.banner.error').count(), 0);
+    await openFiles(page, ['described.nrrd', 'README.txt'].map((file) => join(folder, 'described', file)));
+    assert.match(await errorText(page), /README\.txt/);
   });
 
   test('a label map has a surface for each label', async (t) => {

@@ -6,10 +6,13 @@ import { createRequire } from 'node:module';
 import { join } from 'node:path';
 import { describe, test } from 'node:test';
 import { built, serve } from '../serve.mjs';
-import { assertSameBytes, openBytes, openFolder, openPage, served, settled, setUp, temporaryFolder, text } from './browser.mjs';
+import { assertSameBytes, openBytes, openFiles, openFolder, openPage, served, settled, setUp, temporaryFolder, text } from './browser.mjs';
 import { niftiBall, niftiVolumes } from './scans.mjs';
 
 const { browser, shared, head } = await setUp();
+
+/** The service worker of another version. */
+const newer = (script) => script.replace(/"[0-9a-f]{12}"/, '"newer"');
 
 describe('the page', () => {
   test('copies the command line, or selects it where the browser has no clipboard', async (t) => {
@@ -50,8 +53,7 @@ describe('the page', () => {
     await page.waitForFunction(() => navigator.serviceWorker.controller);
 
     // The newer version has other files.
-    const script = readFileSync(worker, 'utf8').replace(/\["\.\/".*?\]/, '["./"]');
-    writeFileSync(worker, script.replace(/marrow-\$\{.*?\}/, 'marrow-newer'));
+    writeFileSync(worker, newer(readFileSync(worker, 'utf8')).replace(/\["\.\/".*?\]/, '["./"]'));
     await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
     await page.waitForFunction(async () => !(await navigator.serviceWorker.getRegistration()).installing);
     rmSync(join(folder, 'assets'), { recursive: true });
@@ -61,7 +63,42 @@ describe('the page', () => {
     const next = await page.context().newPage();
     await page.close();
     await next.goto(`${server.url}sw.js`);
-    await next.waitForFunction(async () => (await caches.keys()).join() === 'marrow-newer');
+    await next.waitForFunction(async (name) => (await caches.keys()).join() === name, `marrow ${server.url} newer`);
+  });
+
+  test('takes a newer version from its server, although the browser may still keep the files before', async (t) => {
+    const folder = join(temporaryFolder(t), 'page');
+    cpSync(built, folder, { recursive: true });
+    const server = await serve(folder, { caching: 'max-age=600' });
+    t.after(() => server.close());
+    const page = await openPage(t, browser, server.url, { serviceWorkers: 'allow' });
+    await page.waitForFunction(() => navigator.serviceWorker.controller);
+
+    for (const [name, change] of [['sw.js', newer], ['index.html', (html) => html.replace('<title>', '<title>Newer ')]])
+      writeFileSync(join(folder, name), change(readFileSync(join(folder, name), 'utf8')));
+    await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
+    await page.waitForFunction(async () => (await navigator.serviceWorker.getRegistration()).waiting);
+    const kept = await page.evaluate(async (name) => (await (await caches.open(name)).match('./')).text(), `marrow ${server.url} newer`);
+    assert.match(kept, /<title>Newer /);
+  });
+
+  test('leaves the files of another copy on the same site alone', async (t) => {
+    const site = temporaryFolder(t), names = ['marrow', 'marrow-next'];
+    for (const name of names) cpSync(built, join(site, name), { recursive: true });
+    const worker = join(site, 'marrow-next', 'sw.js');
+    writeFileSync(worker, newer(readFileSync(worker, 'utf8')));
+    const server = await serve(site);
+    t.after(() => server.close());
+    const page = await openPage(t, browser, `${server.url}marrow/`, { serviceWorkers: 'allow' });
+    await page.waitForFunction(() => navigator.serviceWorker.controller);
+    const other = await page.context().newPage();
+    await other.goto(`${server.url}marrow-next/`);
+    await other.waitForFunction(() => navigator.serviceWorker.controller);
+    await page.context().setOffline(true);
+    for (const copy of [page, other]) {
+      await copy.reload();
+      await copy.waitForSelector('body[data-threads]', { state: 'attached' });
+    }
   });
 
   test('does not load itself again while somebody chooses a series', async (t) => {
@@ -159,6 +196,10 @@ describe('the page', () => {
       await page.keyboard.press('Escape');
       await page.keyboard.press('?');
       assert.deepEqual(await faults(), [], 'help');
+      await page.keyboard.press('Escape');
+      await openFiles(page, [1, 2, 4, 5].map((k) => join(head, `00${k}.dcm`)));
+      await page.waitForSelector('dialog .series:has(:checked) .reason');
+      assert.deepEqual(await faults(), [], 'uneven slices');
     });
   }
 });

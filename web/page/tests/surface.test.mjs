@@ -74,6 +74,39 @@ describe('a DICOM folder', () => {
   });
 });
 
+test('the export dialog is about the number that is typed, saves by Enter, and ends by Cancel or a click beside it', async (t) => {
+  const page = await openPage(t, browser, await served(t)), saved = [];
+  page.on('download', (download) => saved.push(download.suggestedFilename()));
+  const dialogs = () => page.locator('dialog').count();
+  await openBytes(t, page, 'ball.nii', niftiBall());
+  await settled(page);
+  await page.fill('#isovalue-number', '100');
+  await page.keyboard.press('Control+s');
+  assert.equal(await dialogs(), 0);
+  assert.match(await text(page, '.banner.note p'), /still being made/);
+  await settled(page);
+  await page.keyboard.press('Control+s');
+  assert.match(await text(page, 'dialog code'), /--isovalue 100 /);
+  await page.getByRole('button', { name: 'Cancel' }).click();
+  assert.equal(await dialogs(), 0);
+
+  await page.click('#export');
+  const { x, y, height } = await page.locator('#export-name').boundingBox();
+  await page.mouse.move(x + 60, y + height / 2);
+  await page.mouse.down();
+  await page.mouse.move(20, y + height / 2, { steps: 5 }); // a selection that ends beside the dialog
+  await page.mouse.up();
+  assert.equal(await dialogs(), 1);
+  await page.mouse.click(20, y);
+  assert.equal(await dialogs(), 0);
+
+  await page.click('#export');
+  await page.fill('#export-name', 'skull');
+  await Promise.all([page.waitForEvent('download'), page.press('#export-name', 'Enter')]);
+  assert.equal(await dialogs(), 0);
+  assert.deepEqual(saved, ['skull.stl']);
+});
+
 describe('the isovalue', () => {
   test('follows a drag on the histogram, whose last surface is that of the command line', async (t) => {
     const page = await openPage(t, browser, await served(t));

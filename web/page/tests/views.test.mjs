@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { describe, test } from 'node:test';
 import { assertSameBytes, errorText, launch, measuresOf, numberOf, openBytes, openFolder, openPage, served, setIsovalue, settled, setUp, text } from './browser.mjs';
-import { cubeNrrd, niftiBall, nrrd } from './scans.mjs';
+import { cubeNrrd, labelNrrd, niftiBall, nrrd } from './scans.mjs';
 
 const { browser, shared, head } = await setUp();
 
@@ -218,6 +218,61 @@ describe('the views', () => {
     await page.waitForFunction(() => document.querySelector('[data-view="surface"]').clientWidth === 0);
     await page.click('#picture');
     assert.match(await errorText(page), /show it first/);
+  });
+
+  test('show the surface again after the browser lost the graphics card', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await openBytes(t, page, 'ball.nii', niftiBall());
+    await settled(page);
+    const picture = async () => {
+      const [download] = await Promise.all([page.waitForEvent('download'), page.click('#picture')]);
+      return readFileSync(await download.path());
+    };
+    const before = await picture();
+    await page.evaluate(() => {
+      const { drawElements } = WebGL2RenderingContext.prototype;
+      WebGL2RenderingContext.prototype.drawElements = function (mode, count, ...more) {
+        window.drawn ||= window.restored && count > 3000;
+        drawElements.call(this, mode, count, ...more);
+      };
+      window.loss = document.querySelector('[data-view="surface"] canvas').getContext('webgl2').getExtension('WEBGL_lose_context');
+      window.loss.loseContext();
+    });
+    assert.match(await page.waitForSelector('.missing').then((missing) => missing.textContent()), /lost the graphics card/);
+    await page.click('#picture');
+    assert.match(await errorText(page), /lost the graphics card/);
+    await page.click('.banner.error button');
+    await page.evaluate(() => {
+      document.querySelector('[data-view="surface"] canvas').addEventListener('webglcontextrestored', () => { window.restored = true; });
+      window.loss.restoreContext();
+    });
+    await page.waitForFunction(() => window.drawn, null, { timeout: 60_000 });
+    assert.equal(await page.locator('.missing').count(), 0);
+    assert.ok(before.equals(await picture()));
+  });
+
+  test('hide a label and show it again without sending its surface to the graphics card again', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    await page.evaluate(() => {
+      const { drawElements, bufferData, clear } = WebGL2RenderingContext.prototype;
+      window.frames = [];
+      window.uploads = 0;
+      Object.assign(WebGL2RenderingContext.prototype, {
+        clear(mask) { if (mask & this.COLOR_BUFFER_BIT) window.frames.push(0); clear.call(this, mask); },
+        drawElements(mode, count, ...more) { if (count > 3000) ++window.frames[window.frames.length - 1]; drawElements.call(this, mode, count, ...more); },
+        bufferData(target, ...more) { window.uploads += target === this.ELEMENT_ARRAY_BUFFER; bufferData.call(this, target, ...more); },
+      });
+    });
+    await openBytes(t, page, 'halves.nrrd', labelNrrd());
+    await settled(page);
+    const drawn = (surfaces) => page.waitForFunction((n) => window.frames.at(-1) === n, surfaces, { timeout: 60_000 });
+    await drawn(2);
+    await page.evaluate(() => { window.uploads = 0; });
+    for (const surfaces of [1, 2]) {
+      await page.click('[aria-label="Show label-2"]');
+      await drawn(surfaces);
+    }
+    assert.equal(await page.evaluate(() => window.uploads), 0);
   });
 
   test('fit a screen of 360 pixels, and touch moves the isovalue', async (t) => {

@@ -106,13 +106,17 @@ function labelSection(store: Store): HTMLElement {
     list.replaceChildren(...rows.map((row) => row.element));
   });
   // The rows stay, so that the keyboard's focus does.
-  follow(store, ['scan', 'table', 'asLabels', 'hidden', 'labelSurfaces'], (s) => {
-    for (const row of rows) row.update(s);
+  follow(store, ['scan', 'table', 'asLabels', 'hidden'], ({ hidden }) => {
+    for (const row of rows) row.showVisible(!hidden.has(row.label));
+  });
+  follow(store, ['scan', 'table', 'asLabels', 'labelSurfaces'], ({ labelSurfaces }) => {
+    const volumes = new Map(labelSurfaces.map(({ label, volume }) => [label, volume]));
+    for (const row of rows) row.showVolume(volumes.get(row.label));
   });
   return made;
 }
 
-interface LabelRow { element: HTMLElement; update(s: Readonly<State>): void }
+interface LabelRow { label: number; element: HTMLElement; showVisible(visible: boolean): void; showVolume(volume: number | undefined): void }
 
 function labelRow(store: Store, { label, name, colour }: Label): LabelRow {
   const eye = elementOf('button', { class: 'icon', type: 'button', 'aria-label': `Show ${name}` });
@@ -124,13 +128,13 @@ function labelRow(store: Store, { label, name, colour }: Label): LabelRow {
   const dot = elementOf('span', { class: 'dot' }), value = elementOf('span', { class: 'value' });
   dot.style.background = toHex(colour);
   return {
-    element: elementOf('li', {}, eye, dot, elementOf('span', { class: 'name', title: name }, name), value),
-    update: ({ hidden, labelSurfaces }) => {
-      const visible = !hidden.has(label), surface = labelSurfaces.find((l) => l.label === label);
+    label, element: elementOf('li', {}, eye, dot, elementOf('span', { class: 'name', title: name }, name), value),
+    showVisible: (visible) => {
+      if (eye.getAttribute('aria-pressed') === String(visible)) return; // as that of most rows, of which there may be thousands
       eye.setAttribute('aria-pressed', String(visible));
       eye.replaceChildren(icon(visible ? 'eye' : 'eye-off'));
-      value.textContent = surface ? `${rounded(surface.volume / 1000)} mL` : '';
     },
+    showVolume: (volume) => { value.textContent = volume === undefined ? '' : `${rounded(volume / 1000)} mL`; },
   };
 }
 

@@ -19,11 +19,19 @@ export function closeDialog(): void {
 export async function show({ element }: Dialog): Promise<string> {
   closeDialog(); // never two
   document.body.append(element);
-  element.addEventListener('click', (e) => { if (e.target === element) element.close(''); }); // beside it
+  // A click beside it ends it, but not the end of a drag that selects a text in it.
+  let beside = false;
+  element.addEventListener('pointerdown', (e) => { beside = e.target === element; });
+  element.addEventListener('click', (e) => { if (beside && e.target === element) closeDialog(); });
   element.showModal();
   await new Promise((resolve) => element.addEventListener('close', resolve, { once: true }));
   element.remove();
   return element.returnValue;
 }
 
-export const cancelButton = (text = 'Cancel'): HTMLElement => elementOf('button', { type: 'submit', value: '', formnovalidate: true }, text);
+/** Ends the dialog as Escape does. It does not submit the form, as Enter in a field presses the first button that does. */
+export function cancelButton(text = 'Cancel'): HTMLElement {
+  const button = elementOf('button', { type: 'button' }, text);
+  button.addEventListener('click', closeDialog);
+  return button;
+}

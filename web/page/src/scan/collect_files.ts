@@ -5,6 +5,9 @@ export function filesOfInput(input: HTMLInputElement): ScanFile[] {
   return [...(input.files ?? [])];
 }
 
+/** The path of a file in what the user chose; its name alone if that is the file itself. */
+export const pathOf = (file: ScanFile): string => ('path' in file ? file.path : file.webkitRelativePath || file.name);
+
 /** The files of a drop, folders included. Must be called before the event's handler returns for the first time. */
 export async function filesOfDrop(transfer: DataTransfer): Promise<ScanFile[]> {
   const entries = [...transfer.items].flatMap((item) => item.webkitGetAsEntry() ?? []);
@@ -12,20 +15,22 @@ export async function filesOfDrop(transfer: DataTransfer): Promise<ScanFile[]> {
   const files: ScanFile[] = [];
   await Promise.all(entries.map((entry) => collect(entry, files)));
   // Entries arrive in any order; the command line sees them sorted.
-  const path = (file: ScanFile) => ('path' in file ? file.path : file.name);
-  return files.sort((a, b) => (path(a) < path(b) ? -1 : 1));
+  return files.sort((a, b) => (pathOf(a) < pathOf(b) ? -1 : 1));
 }
 
 async function collect(entry: FileSystemEntry, files: ScanFile[]): Promise<void> {
+  const path = entry.fullPath.replace(/^\//, '');
+  // The browser's error does not name the file.
+  const refuse = (reject: (error: Error) => void) => ({ message }: DOMException) => reject(new Error(`'${path}' cannot be read: ${message}`));
   if (entry.isFile) {
-    const data = await new Promise<File>((resolve, reject) => (entry as FileSystemFileEntry).file(resolve, reject));
-    files.push({ path: entry.fullPath.replace(/^\//, ''), data });
+    const data = await new Promise<File>((resolve, reject) => (entry as FileSystemFileEntry).file(resolve, refuse(reject)));
+    files.push({ path, data });
     return;
   }
   const reader = (entry as FileSystemDirectoryEntry).createReader();
   for (;;) {
     // A reader hands out at most 100 entries at a time.
-    const some = await new Promise<FileSystemEntry[]>((resolve, reject) => reader.readEntries(resolve, reject));
+    const some = await new Promise<FileSystemEntry[]>((resolve, reject) => reader.readEntries(resolve, refuse(reject)));
     if (some.length === 0) return;
     await Promise.all(some.map((child) => collect(child, files)));
   }

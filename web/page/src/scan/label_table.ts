@@ -1,12 +1,11 @@
 // Names and colours of labels from a table, which is a text file beside the map.
-import type { Label, LabelTable, ScanFile } from 'marrow-wasm';
+import type { Label, LabelSurface, LabelTable, ScanFile } from 'marrow-wasm';
 import { readLabelTable } from 'marrow-wasm';
 import type { State, Store } from '../state';
-
-const nameOf = (file: ScanFile): string => ('path' in file ? file.path : file.name);
+import { pathOf } from './collect_files';
 
 /** Whether a file may be a table of labels, by its name. */
-export const isTable = (file: ScanFile): boolean => /\.(txt|ctbl|csv|tsv|lut|label)$/i.test(nameOf(file));
+export const isTable = (file: ScanFile): boolean => /\.(txt|ctbl|csv|tsv|lut|label)$/i.test(pathOf(file));
 
 /** Gives the labels of the open map the names and colours of a table. */
 export async function openTable(store: Store, file: ScanFile): Promise<void> {
@@ -20,9 +19,10 @@ export async function openTable(store: Store, file: ScanFile): Promise<void> {
 export const labelsOf = ({ table, scan }: Readonly<State>): readonly Label[] => (table ?? scan)?.labels ?? [];
 
 /** Surfaces with the names and colours of a table. */
-export function named<Surface extends { label: number }>(surfaces: readonly Surface[], table: LabelTable | undefined): readonly Surface[] {
-  return table === undefined ? surfaces : surfaces.map((surface) => {
-    const { name, colour } = table.labels.find((l) => l.label === surface.label)!;
+export function named(surfaces: readonly LabelSurface[], table: LabelTable | undefined): readonly LabelSurface[] {
+  const known = new Map(table?.labels.map((label) => [label.label, label]));
+  return surfaces.map((surface) => {
+    const { name, colour } = known.get(surface.label) ?? surface;
     return { ...surface, name, colour };
   });
 }

@@ -7,6 +7,7 @@ import { chooseSeries, mendsOf } from '../dialogs/series';
 import type { State, Store } from '../state';
 import { initialState, toHex } from '../state';
 import { mark } from '../timing';
+import { pathOf } from './collect_files';
 import type { Geometry, Mat3, Vec3 } from './geometry';
 import { isTable, openTable } from './label_table';
 
@@ -50,7 +51,9 @@ async function open(store: Store, files: ScanFile[], own: AbortController): Prom
     if (!(error instanceof MarrowError && error.code === 4)) throw error;
     await choose(store, input, undefined, error.message, own);
   }
-  if (table && store.state.input?.files === input && store.state.asLabels) await openTable(store, table);
+  if (!table || store.state.input?.files !== input || !store.state.asLabels) return;
+  const inFolder = pathOf(table).includes('/'); // where the user did not choose it, and it may be about something else
+  await openTable(store, table).catch((error) => { if (!inFolder) throw error; });
 }
 
 /** Lets the user choose another series of the files that are open. */

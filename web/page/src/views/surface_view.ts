@@ -6,6 +6,7 @@ import type { Vec3 } from '../scan/geometry';
 import { length, sub, toPhysical, toIndexSpace, clampIndex } from '../scan/geometry';
 import type { Store } from '../state';
 import { distanceText, midpoint } from '../distances';
+import { elementOf } from '../dom';
 import { mark } from '../timing';
 import { pickTriangle } from './ray_pick';
 import { OrientationCube } from './orientation_cube';
@@ -23,7 +24,11 @@ const GLASS = `
 
 type Material = THREE.MeshStandardMaterial | THREE.MeshLambertMaterial; // the second is cheaper to draw by a processor
 
-interface Shown { object: THREE.Mesh<THREE.BufferGeometry, Material>; points: Float32Array; triangles: Uint32Array }
+interface Shown { object: THREE.Mesh<THREE.BufferGeometry, Material>; points: Float32Array; triangles: Uint32Array; label?: number }
+
+/** What a view shows in place of the surface, with the reason. */
+export const cannotDraw = (reason: string): HTMLElement => elementOf('div', { class: 'missing' },
+  elementOf('h2', {}, 'The surface cannot be drawn'), elementOf('p', {}, `${reason} Slices, numbers and export work without it.`));
 
 export class SurfaceView {
   private readonly renderer: THREE.WebGLRenderer;
@@ -77,10 +82,12 @@ export class SurfaceView {
 
     this.listenToPointer();
     this.listenToKeys();
+    this.listenToLoss();
     new ResizeObserver(() => this.resize()).observe(element);
     store.on(['scan'], () => this.lookFrom());
     store.on(['surface'], () => this.updateSurface());
-    store.on(['labelSurfaces', 'hidden'], () => this.updateLabels());
+    store.on(['labelSurfaces'], () => this.updateLabels());
+    store.on(['hidden'], () => this.draw());
     store.on(['colour', 'opacity'], () => this.updateLook());
     store.on(['crop', 'tool', 'scan'], () => this.updateBox());
     store.on(['distances', 'picked', 'scan'], () => this.updateRulers());
@@ -149,14 +156,17 @@ export class SurfaceView {
   }
 
   private updateLabels(): void {
-    const { labelSurfaces, hidden, asLabels } = this.store.state;
+    const { labelSurfaces, asLabels } = this.store.state;
     if (!asLabels) return;
     this.shown.forEach((old) => this.remove(old));
-    this.shown = labelSurfaces.filter((s) => !hidden.has(s.label)).map((s, i) =>
-      this.shownOf(i, s, `rgb(${s.colour.map((c) => Math.round(c * 255)).join(',')})`));
+    this.shown = labelSurfaces.map((s, i) =>
+      ({ ...this.shownOf(i, s, `rgb(${s.colour.map((c) => Math.round(c * 255)).join(',')})`), label: s.label }));
     this.shown.forEach((s) => this.scene.add(s.object));
     this.updateLook();
   }
+
+  /** The surfaces but those of hidden labels. */
+  private get visible(): Shown[] { return this.shown.filter(({ label }) => label === undefined || !this.store.state.hidden.has(label)); }
 
   private updateLook(): void {
     const { colour, opacity, asLabels } = this.store.state;
@@ -254,7 +264,8 @@ export class SurfaceView {
   }
 
   private drawScene(coarse = false): void {
-    for (const { object } of this.shown) object.visible = !coarse;
+    for (const { object } of this.shown) object.visible = false;
+    for (const { object } of this.visible) object.visible = !coarse;
     if (this.preview) this.preview.object.visible = coarse;
     const distance = this.camera.position.distanceTo(this.centre);
     this.camera.near = Math.max(distance - 1.5 * this.radius, distance / 1000, 1e-3);
@@ -294,7 +305,7 @@ export class SurfaceView {
     ray.setFromCamera(new THREE.Vector2(x, y), this.camera);
     const origin = ray.ray.origin.toArray() as Vec3, direction = ray.ray.direction.toArray() as Vec3;
     let nearest = Infinity;
-    for (const { points, triangles } of this.shown) nearest = Math.min(nearest, pickTriangle(points, triangles, origin, direction));
+    for (const { points, triangles } of this.visible) nearest = Math.min(nearest, pickTriangle(points, triangles, origin, direction));
     return Number.isFinite(nearest) ? ray.ray.at(nearest, new THREE.Vector3()).toArray() as Vec3 : undefined;
   }
 
@@ -317,6 +328,18 @@ export class SurfaceView {
       else if (e.key === '-') this.zoom(1.15);
       else return;
       e.preventDefault();
+    });
+  }
+
+  // The browser may take the graphics card away, as while the computer sleeps. The renderer then starts anew by itself, and
+  // what it draws is still here.
+  private listenToLoss(): void {
+    const canvas = this.renderer.domElement, message = cannotDraw('The browser lost the graphics card. The surface is back once it has it again.');
+    canvas.addEventListener('webglcontextlost', () => this.element.append(message));
+    canvas.addEventListener('webglcontextrestored', () => {
+      message.remove();
+      this.renderer.setClearColor(0, 0);
+      this.resize();
     });
   }
 
@@ -343,6 +366,7 @@ export class SurfaceView {
   async picture(): Promise<Blob> {
     const { clientWidth: w, clientHeight: h } = this.element;
     if (w === 0 || h === 0) throw new Error('The picture is of the surface: show it first.');
+    if (this.renderer.getContext().isContextLost()) throw new Error('The picture is of the surface, which cannot be drawn: the browser lost the graphics card.');
     this.renderer.setPixelRatio(2);
     this.renderer.setSize(w, h, false);
     this.drawScene();

@@ -3,7 +3,7 @@ import { byId, elementOf, icon } from '../dom';
 import type { Store, ViewName } from '../state';
 import { PLANES } from './slice_geometry';
 import { SliceView, SliceZoom } from './slice_view';
-import { SurfaceView } from './surface_view';
+import { SurfaceView, cannotDraw } from './surface_view';
 
 const NAMES: readonly ViewName[] = ['surface', ...PLANES];
 const TITLES: Readonly<Record<ViewName, string>> = { surface: 'Surface', axial: 'Axial', coronal: 'Coronal', sagittal: 'Sagittal' };
@@ -24,8 +24,7 @@ export function makeViews(store: Store, moving: () => boolean, fail: (error: unk
   try {
     surface = new SurfaceView(elements.surface, store, moving);
   } catch {
-    elements.surface.append(elementOf('div', { class: 'missing' }, elementOf('h2', {}, 'The surface cannot be drawn'),
-      elementOf('p', {}, 'This browser has no WebGL 2, or it is switched off. Slices, numbers and export work without it.')));
+    elements.surface.append(cannotDraw('This browser has no WebGL 2, or it is switched off.'));
   }
   const slices = PLANES.map((plane) => new SliceView(elements[plane], plane, store, zoom, fail));
 
