@@ -11,6 +11,17 @@ import { niftiBall, niftiVolumes } from './scans.mjs';
 
 const { browser, shared, head } = await setUp();
 
+/** Waits for what a page has to be asked for asynchronously: waitForFunction() takes a promise for a yes. */
+async function until(page, condition, argument) {
+  for (let attempt = 0; !(await page.evaluate(condition, argument)); ++attempt) {
+    assert.ok(attempt < 300, String(condition));
+    await page.waitForTimeout(100);
+  }
+}
+
+/** Whether a service worker was installed and waits for the pages of the one before to be closed. */
+const newerWaits = async () => Boolean((await navigator.serviceWorker.getRegistration()).waiting);
+
 /** The service worker of another version. */
 const newer = (script) => script.replace(/"[0-9a-f]{12}"/, '"newer"');
 
@@ -45,25 +56,25 @@ describe('the page', () => {
   });
 
   test('keeps its files while a newer version is served, until it is closed', async (t) => {
-    const folder = join(temporaryFolder(t), 'page'), worker = join(folder, 'sw.js');
+    const site = temporaryFolder(t), folder = join(site, 'page'), worker = join(folder, 'sw.js');
     cpSync(built, folder, { recursive: true });
-    const server = await serve(folder);
+    const server = await serve(site);
     t.after(() => server.close());
-    const page = await openPage(t, browser, server.url, { serviceWorkers: 'allow' });
+    const page = await openPage(t, browser, `${server.url}page/`, { serviceWorkers: 'allow' });
     await page.waitForFunction(() => navigator.serviceWorker.controller);
 
     // The newer version has other files.
     writeFileSync(worker, newer(readFileSync(worker, 'utf8')).replace(/\["\.\/".*?\]/, '["./"]'));
     await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
-    await page.waitForFunction(async () => !(await navigator.serviceWorker.getRegistration()).installing);
+    await until(page, newerWaits);
     rmSync(join(folder, 'assets'), { recursive: true });
     await page.click('#welcome-demo');
     await settled(page);
 
     const next = await page.context().newPage();
     await page.close();
-    await next.goto(`${server.url}sw.js`);
-    await next.waitForFunction(async (name) => (await caches.keys()).join() === name, `marrow ${server.url} newer`);
+    await next.goto(server.url); // which is not found, and not of the page
+    await until(next, async (name) => (await caches.keys()).join() === name, `marrow ${server.url}page/ newer`);
   });
 
   test('takes a newer version from its server, although the browser may still keep the files before', async (t) => {
@@ -77,7 +88,7 @@ describe('the page', () => {
     for (const [name, change] of [['sw.js', newer], ['index.html', (html) => html.replace('<title>', '<title>Newer ')]])
       writeFileSync(join(folder, name), change(readFileSync(join(folder, name), 'utf8')));
     await page.evaluate(async () => (await navigator.serviceWorker.getRegistration()).update());
-    await page.waitForFunction(async () => (await navigator.serviceWorker.getRegistration()).waiting);
+    await until(page, newerWaits);
     const kept = await page.evaluate(async (name) => (await (await caches.open(name)).match('./')).text(), `marrow ${server.url} newer`);
     assert.match(kept, /<title>Newer /);
   });

@@ -60,7 +60,6 @@ export class SurfaceView {
     this.renderer = new THREE.WebGLRenderer({ antialias: !this.software, alpha: true, powerPreference: 'high-performance' });
     this.renderer.setPixelRatio(this.ratio);
     this.renderer.autoClear = false;
-    this.renderer.setClearColor(0, 0);
     element.prepend(this.renderer.domElement);
     this.renderer.domElement.setAttribute('aria-hidden', 'true');
     element.append(this.tags);
@@ -338,7 +337,6 @@ export class SurfaceView {
     canvas.addEventListener('webglcontextlost', () => this.element.append(message));
     canvas.addEventListener('webglcontextrestored', () => {
       message.remove();
-      this.renderer.setClearColor(0, 0);
       this.resize();
     });
   }
