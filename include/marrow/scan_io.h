@@ -50,7 +50,7 @@ struct ScanOptions {
     std::optional<Vec3d> spacing = {};
     bool resample = false;  ///< interpolate unevenly spaced DICOM slices linearly to even spacing
     /// Index of a volume, from 0, if the input holds several: a DICOM series with time points, echoes, ...,
-    /// a 4-D NIfTI or MetaImage file, an OME-Zarr image with time points or channels.
+    /// a 4-D NIfTI or MetaImage file, an OME-Zarr image with time points or channels. Any other has volume 0.
     std::optional<std::int64_t> volume = {};
     /// The level of an OME-Zarr image's resolution pyramid, from 0, the finest.
     std::optional<std::int64_t> level = {};

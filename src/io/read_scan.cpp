@@ -337,7 +337,7 @@ void check_options(const Input& input, const fs::path& path, const ScanOptions& 
     if (!dicom && options.series) fail<OptionError>(path, "only DICOM has series; do not set options.series");
     if (!dicom && options.resample)
         fail<OptionError>(path, "only DICOM can be resampled; do not set options.resample");
-    if (options.volume && !dicom && input.format != ScanFormat::nifti &&
+    if (options.volume.value_or(0) != 0 && !dicom && input.format != ScanFormat::nifti &&
         input.format != ScanFormat::metaimage && input.format != ScanFormat::zarr) {
         fail<OptionError>(
             path, "only DICOM, NIfTI, MetaImage and Zarr have several volumes; do not set options.volume");

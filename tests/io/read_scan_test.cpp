@@ -121,6 +121,11 @@ TEST(ReadNrrd, HasTheNamesAndColoursOfSegments) {
     EXPECT_EQ(info.series.labels.at(2).name, "");
     EXPECT_FALSE(info.series.labels.at(2).colour);
     EXPECT_TRUE(is_segmentation(map));
+    ScanOptions options;
+    options.volume = 0;
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(map, options)), samples());
+    options.volume = 1;
+    contains(refusal<OptionError>(map, options), "have several volumes");
     EXPECT_FALSE(is_segmentation(write_file(
         folder / "n.nrrd",
         nrrd(space + "space directions: (1,0,0) (0,1,0) (0,0,1)\n") + "\n" + bytes_of(samples()))));

@@ -168,6 +168,33 @@ TEST_F(Fields, UndoTakesBackATypedName) {
 }
 
 // Each change is a step of its own, and undo goes back through them in their order.
+// A mouse would take the keyboard from the name first, but assistive programs press buttons without one.
+TEST_F(Fields, ANameIsEditedWhileOtherSurfacesComeAndGo) {
+    begin_to_rename_the_first("fem");
+    const int steps = session().undo_stack().count();
+    window->findChildren<QToolButton*>("remove")[1]->click();
+    EXPECT_EQ(session().parameters().surfaces.size(), 1u);
+    EXPECT_EQ(session().undo_stack().count(), steps + 1);
+    EXPECT_TRUE(name()->hasFocus()) << "removed";
+    session().undo_stack().undo();
+    EXPECT_EQ(session().parameters().surfaces.size(), 2u);
+    EXPECT_TRUE(name()->hasFocus()) << "undone";
+    session().undo_stack().redo();
+    EXPECT_EQ(session().parameters().surfaces.size(), 1u);
+    ASSERT_TRUE(name()->hasFocus());
+    type("ur");
+    press(Qt::Key_Return);
+    EXPECT_EQ(session().current()->name, "femur");
+    EXPECT_EQ(session().undo_stack().count(), steps + 2);
+    session().undo_stack().undo();
+    EXPECT_EQ(session().current()->name, "");
+    EXPECT_EQ(session().parameters().surfaces.size(), 1u);
+    session().undo_stack().undo();
+    EXPECT_EQ(session().parameters().surfaces.size(), 2u);
+    QTest::qWait(1);  // deletes the rows of surfaces that are gone
+    EXPECT_EQ(window->findChildren<QLineEdit*>("surface_name").size(), 2);
+}
+
 TEST_F(Fields, EachKeyAndEachTypedValueIsAStepOfUndo) {
     const auto isovalue_after = [&](int back) {
         for (int i = 0; i < back; ++i) session().undo_stack().undo();

@@ -494,18 +494,35 @@ TEST_F(BallViewer, StopsLoading) {
     EXPECT_EQ(session().scan()->volume.geometry().dims[0], 200);
 }
 
+void drop(QWidget& window, const QList<QUrl>& files) {
+    QMimeData data;
+    data.setUrls(files);
+    QDragEnterEvent enter(QPoint(100, 100), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+    QApplication::sendEvent(&window, &enter);
+    EXPECT_TRUE(enter.isAccepted());
+    QDropEvent drop(QPointF(100, 100), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+    QApplication::sendEvent(&window, &drop);
+}
+
 TEST_F(BallViewer, OpensADroppedFile) {
     write_nrrd(folder / "dropped.nrrd", 20, 20, 20, ball(10, 10, 10, 5));
     const viewer::Scan* before = session().scan();
-    QMimeData data;
-    data.setUrls({QUrl::fromLocalFile((folder / "dropped.nrrd").c_str())});
-    QDragEnterEvent enter(QPoint(100, 100), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-    QApplication::sendEvent(window.get(), &enter);
-    EXPECT_TRUE(enter.isAccepted());
-    QDropEvent drop(QPointF(100, 100), Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-    QApplication::sendEvent(window.get(), &drop);
+    drop(*window, {QUrl::fromLocalFile((folder / "dropped.nrrd").c_str())});
     ASSERT_TRUE(wait([&] { return session().scan() != before; }));
     EXPECT_EQ(session().scan()->volume.geometry().dims[0], 20);
+}
+
+TEST_F(BallViewer, SaysWhichOfSeveralDroppedFilesIsOpen) {
+    write_nrrd(folder / "dropped.nrrd", 20, 20, 20, ball(10, 10, 10, 5));
+    const viewer::Scan* before = session().scan();
+    drop(*window,
+         {QUrl::fromLocalFile((folder / "dropped.nrrd").c_str()), QUrl::fromLocalFile(scan.c_str())});
+    ASSERT_TRUE(wait([&] { return session().scan() != before; }));
+    EXPECT_EQ(session().scan()->volume.geometry().dims[0], 20);
+    for (const char* part : {"2 files", "dropped.nrrd", "folder"})
+        EXPECT_TRUE(window->banner().contains(part)) << window->banner().toStdString();
+    ASSERT_TRUE(open(scan));
+    EXPECT_FALSE(window->banner().contains("2 files")) << window->banner().toStdString();
 }
 
 // Names may look like HTML.

@@ -204,18 +204,11 @@ void warn_of_loss(const std::vector<Surface>& surfaces, std::vector<std::string>
                         shrunken, surfaces.size(), worst->name, worst->label_volume.change()));
 }
 
-// Whether a segmentation has several label maps if its segments overlap, as those of DICOM do. Those of
-// 3D Slicer are in NRRD.
-bool may_have_several_maps(const LabelsOptions& options) {
-    const std::string extension = lower_case(options.job.scan.path.extension().string());
-    return options.segmentation && extension != ".nrrd" && extension != ".nhdr";
-}
-
-// The label maps of the scan: one, or all those of a DICOM segmentation, whose segments may overlap.
+// The label maps of the scan: one, or all those of a segmentation, whose segments may overlap.
 std::vector<Volume> read_maps(const LabelsOptions& options, SurfaceJob& job) {
     const FilterSteps steps{.crop = options.crop};
     std::vector<Volume> maps;
-    if (options.job.scan.options.volume || !may_have_several_maps(options)) {
+    if (options.job.scan.options.volume || !options.segmentation) {
         maps.push_back(job.read_scan(steps));
         return maps;
     }

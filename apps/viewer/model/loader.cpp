@@ -49,8 +49,7 @@ std::optional<OpenQuestion> question_about(const fs::path& input, const ScanOpti
     using About = OpenQuestion::About;
     ScanOptions first = options;
     if (!options.volume) first.volume = 0;
-    std::optional<ScanReport> report = inspect(input, first);
-    if (!report) report = inspect(input, first = options);  // the format has no volumes
+    const std::optional<ScanReport> report = inspect(input, first);
     if (!report) return {};
     OpenQuestion question{About::series, input, options, *report, std::vector<bool>(report->series.size())};
     // Whether a decision about this is the next one: only one series is meant, and it can be read then.

@@ -21,9 +21,9 @@ class LabelEntry:
     Attributes
     ----------
     name : str
-        Empty: the mesh gets the name ``label-N``.
+        Empty: the mesh gets the segment's name, or ``label-N``.
     colour : tuple of 3 floats, optional
-        Red, green, blue from 0 to 1. None: the mesh gets a colour that depends on the label.
+        Red, green, blue from 0 to 1. None: the mesh gets the segment's, or a colour that depends on the label.
     """
 
     name: str
@@ -46,6 +46,15 @@ def read_label_table(path: Path) -> dict[int, LabelEntry]:
 def label_table(entries: Mapping[int, tuple[Any, ...]]) -> dict[int, LabelEntry]:
     """Return the table that C++ gives as tuples."""
     return {label: LabelEntry(*entry) for label, entry in entries.items()}
+
+
+def completed(entries: Mapping[int, LabelEntry], own: Mapping[int, LabelEntry]) -> dict[int, LabelEntry]:
+    """Return `entries` with what they leave out: the names, the colours and the labels of `own`."""
+    merged = dict(own)
+    for label, entry in entries.items():
+        before = own.get(label, LabelEntry(""))
+        merged[label] = LabelEntry(entry.name or before.name, entry.colour or before.colour)
+    return merged
 
 
 def entries_of(table: Union[Path, Mapping[int, LabelEntry], None]) -> Mapping[int, LabelEntry]:

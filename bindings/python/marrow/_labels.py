@@ -11,7 +11,7 @@ import numpy as np
 from . import _marrow
 from ._arrays import Array
 from ._as_volume import as_volume
-from ._label_table import LabelEntry, entries_of
+from ._label_table import LabelEntry, completed, entries_of
 from ._marrow import InputError
 from ._mesh import Mesh
 from ._scan import Path, Progress
@@ -43,8 +43,8 @@ def labels(
     normals : bool
         Compute a unit normal for each point.
     table : path-like or mapping of labels to LabelEntry, optional
-        Names and colours for the meshes, in place of those of a segmentation, ``info.series.labels``, which
-        labels that are not in the table keep.
+        Names and colours for the meshes. What it leaves out is as in a segmentation, ``info.series.labels``, or
+        else as by default.
     threads : int
         Threads to use; 0: all.
     progress : callable, optional
@@ -77,7 +77,7 @@ def labels(
     )
     by_label = {n if values is None else int(values[n]): arrays for n, arrays in surfaces.items()}
     of_segments = volume.info.series.labels if volume.info else {}
-    return named(by_label, {**of_segments, **entries})
+    return named(by_label, completed(entries, of_segments))
 
 
 def named(surfaces: Mapping[int, Any], entries: Mapping[int, LabelEntry]) -> dict[int, Mesh]:

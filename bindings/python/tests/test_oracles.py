@@ -367,6 +367,8 @@ def test_labels_of_a_segmentation_have_the_names_and_colours_of_its_segments(tmp
     given = marrow.labels(scan, table={1: marrow.LabelEntry("hepar", (1, 0, 0)), 4: marrow.LabelEntry("spleen")})
     assert [mesh.name for mesh in given.values()] == ["hepar", "left kidney", "spleen"]
     assert given[1].colour == (1, 0, 0)
+    renamed = marrow.labels(scan, table={1: marrow.LabelEntry("hepar")})[1]
+    assert (renamed.name, renamed.colour) == ("hepar", table[1].colour)
     assert scan.info.series.labels == table
 
 

@@ -48,8 +48,7 @@ void append_printable(const Character& character, std::string& out) {
         out += character.bytes;
         return;
     }
-    for (const char byte : character.bytes)
-        out += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
+    for (const char byte : character.bytes) out += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
 }
 
 template <class T>
