@@ -30,6 +30,7 @@ Mesh joined(const Mesh& a, const Mesh& b) {
     Mesh both = a;
     const auto shift = static_cast<std::uint32_t>(a.points.size());
     both.points.insert(both.points.end(), b.points.begin(), b.points.end());
+    both.normals.clear();
     for (const Triangle& t : b.triangles)
         both.triangles.push_back({t[0] + shift, t[1] + shift, t[2] + shift});
     return both;
