@@ -78,6 +78,7 @@ test('the export dialog is about the number that is typed, saves by Enter, and e
   const page = await openPage(t, browser, await served(t)), saved = [];
   page.on('download', (download) => saved.push(download.suggestedFilename()));
   const dialogs = () => page.locator('dialog').count();
+  const dialogIsGone = () => page.locator('dialog').waitFor({ state: 'detached' }); // the browser tells that it closed a moment later
   await openBytes(t, page, 'ball.nii', niftiBall());
   await settled(page);
   await page.fill('#isovalue-number', '100');
@@ -88,7 +89,7 @@ test('the export dialog is about the number that is typed, saves by Enter, and e
   await page.keyboard.press('Control+s');
   assert.match(await text(page, 'dialog code'), /--isovalue 100 /);
   await page.getByRole('button', { name: 'Cancel' }).click();
-  assert.equal(await dialogs(), 0);
+  await dialogIsGone();
 
   await page.click('#export');
   const { x, y, height } = await page.locator('#export-name').boundingBox();
@@ -98,12 +99,12 @@ test('the export dialog is about the number that is typed, saves by Enter, and e
   await page.mouse.up();
   assert.equal(await dialogs(), 1);
   await page.mouse.click(20, y);
-  assert.equal(await dialogs(), 0);
+  await dialogIsGone();
 
   await page.click('#export');
   await page.fill('#export-name', 'skull');
   await Promise.all([page.waitForEvent('download'), page.press('#export-name', 'Enter')]);
-  assert.equal(await dialogs(), 0);
+  await dialogIsGone();
   assert.deepEqual(saved, ['skull.stl']);
 });
 
