@@ -50,7 +50,7 @@ function(marrow_library name export_name)
     # A shared library that holds this one does not export it, so that two with different versions of Marrow do not call
     # each other's functions.
     if(CMAKE_SYSTEM_NAME STREQUAL Linux)
-      target_link_options(${name} INTERFACE LINKER:--exclude-libs,lib${name}.a)
+      target_link_options(${name} INTERFACE LINKER:--exclude-libs,$<TARGET_FILE_NAME:marrow::${export_name}>)
     endif()
   endif()
   add_library(marrow::${export_name} ALIAS ${name})

@@ -17,10 +17,10 @@ int main(int argc, char** argv) try {
     const marrow::Mesh& mesh = extractor.extract(std::stod(argv[2]));
     if (extractor.on_device()) std::printf("on %s: ", marrow::gpu::devices().at(*device).name.c_str());
     std::printf("surface of %zu triangles\n", mesh.triangles.size());
-} catch (const marrow::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-} catch (const std::logic_error&) {  // from std::stod
+} catch (const std::invalid_argument&) {  // from std::stod
     std::fprintf(stderr, "ISOVALUE is not a number\n");
+    return 1;
+} catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
     return 1;
 }

@@ -19,10 +19,10 @@ int main(int argc, char** argv) try {
     writer.commit();  // the file appears only now, complete
 
     std::printf("wrote %s\n", argv[3]);
-} catch (const marrow::Error& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 1;
-} catch (const std::logic_error&) {  // from std::stod
+} catch (const std::invalid_argument&) {  // from std::stod
     std::fprintf(stderr, "ISOVALUE is not a number\n");
+    return 1;
+} catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
     return 1;
 }

@@ -49,15 +49,14 @@ std::string values_text(const SeriesReport& s, const SampleReport* samples) {
                        value_text(samples->lower), value_text(samples->upper), unit);
 }
 
-std::string labels_text(const std::map<std::int64_t, std::int64_t>& labels, const LabelTable& names) {
+std::string labels_text(const std::vector<SampleReport::Label>& labels) {
     constexpr std::size_t kMost = 10;
     std::string text;
     std::size_t listed = 0;
-    for (const auto& [label, count] : labels) {
+    for (const auto& [label, samples, name] : labels) {
         if (++listed > kMost) return text + fmt::format(", and {} more", labels.size() - kMost);
-        const auto named = names.find(label);
-        text += fmt::format("{}{}{} ({})", text.empty() ? "" : ", ", label,
-                            named == names.end() ? "" : ' ' + named->second.name, count_of(count, "sample"));
+        text += fmt::format("{}{}{} ({})", text.empty() ? "" : ", ", label, name ? ' ' + *name : "",
+                            count_of(samples, "sample"));
     }
     return text;
 }
@@ -102,7 +101,7 @@ void print_details(std::ostream& out, ScanFormat format, const SeriesReport& s, 
     for (std::size_t i = 0; i < std::min(kMostGaps, s.gaps.size()); ++i) line("gap", s.gaps[i]);
     if (s.gaps.size() > kMostGaps) line("gap", fmt::format("{} more", s.gaps.size() - kMostGaps));
     line("values", values_text(s, samples));
-    if (samples != nullptr) line("labels", labels_text(samples->labels, s.series.labels));
+    if (samples != nullptr) line("labels", labels_text(samples->labels));
     line("not stated", fmt::format("{}", fmt::join(unknown_facts(s), ", ")));
     if (s.smallest_feature)
         line("smallest detail", fmt::format("{:.3g} mm, two samples wide", *s.smallest_feature));

@@ -175,17 +175,16 @@ Json scan_bounds(const Geometry& geometry) {
     return {box.lower, box.upper};
 }
 
-Json sample_numbers(const SampleReport& samples, const LabelTable& names) {
+Json sample_numbers(const SampleReport& samples) {
     Json json{{"type", sample_type_name(samples.type)},
               {"lower", samples.finite > 0 ? Json(samples.lower) : Json()},
               {"upper", samples.finite > 0 ? Json(samples.upper) : Json()},
               {"may_be_hounsfield_units", samples.may_be_hounsfield},
               {"rescale", {{"slope", samples.rescale.slope}, {"intercept", samples.rescale.intercept}}}};
     json["labels"] = Json::array();
-    for (const auto& [label, count] : samples.labels)
-        json["labels"].push_back({{"label", label},
-                                  {"name", names.contains(label) ? Json(names.at(label).name) : Json()},
-                                  {"samples", count}});
+    for (const auto& [label, count, name] : samples.labels)
+        json["labels"].push_back(
+            {{"label", label}, {"name", name ? Json(*name) : Json()}, {"samples", count}});
     return json;
 }
 
@@ -236,9 +235,7 @@ Json finding_numbers(const Finding& finding, bool show_patient) {
     json["warnings"] = message_list(report.warnings);
     json["series"] = Json::array();
     for (const SeriesReport& s : report.series) json["series"].push_back(series_numbers(s, show_patient));
-    json["values"] = finding.samples
-                         ? sample_numbers(*finding.samples, report.series[*report.chosen].series.labels)
-                         : Json();
+    json["values"] = finding.samples ? sample_numbers(*finding.samples) : Json();
     return json;
 }
 

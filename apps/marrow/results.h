@@ -114,7 +114,11 @@ struct SampleReport {
     double lower = 0, upper = 0;     ///< the range of the finite values
     std::int64_t finite = 0;         ///< samples that are neither NaN nor infinite
     bool may_be_hounsfield = false;  ///< by the headers, or if they do not say, by the lowest sample
-    std::map<std::int64_t, std::int64_t> labels;  ///< of a label map: how many samples each has; else empty
+    struct Label {
+        std::int64_t label = 0, samples = 0;
+        std::optional<std::string> name = {};  ///< of the segment
+    };
+    std::vector<Label> labels;  ///< of a label map, in order; else empty
 };
 
 /// An error and its exit code.

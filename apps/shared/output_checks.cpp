@@ -1,8 +1,13 @@
 // Compares outputs with the files of the input.
 #include "output_checks.h"
 
+#include <cerrno>
 #include <set>
 #include <string>
+#include <system_error>
+
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -57,6 +62,10 @@ void check_output(const fs::path& file, const fs::path& input) {
         throw IoError(fmt::format("cannot write '{}': {}", file.string(), reason));
     }
     if (is_of_scan(file, input)) refuse_overwriting(file);
+    // That is found before the work instead of after it.
+    if (fs::exists(file, error) && ::faccessat(AT_FDCWD, file.c_str(), W_OK, AT_EACCESS) != 0)
+        throw IoError(
+            fmt::format("cannot write '{}': {}", file.string(), std::generic_category().message(errno)));
 }
 
 void check_not_read(const std::vector<fs::path>& files, const std::vector<fs::path>& scan_files) {

@@ -20,8 +20,8 @@ struct LabelEntry {
 /// Entries by label.
 using LabelTable = std::map<std::int64_t, LabelEntry>;
 
-/// Reads a table of labels: text with one label per line. Lines that begin with `#` are comments. A table may
-/// mix these forms:
+/// Reads a table of labels: text with one label per line. A `#` at the beginning of a line or alone between
+/// blanks begins a comment. A table may mix these forms:
 ///
 /// | table                       | line                                                       |
 /// | --------------------------- | ---------------------------------------------------------- |
@@ -35,6 +35,10 @@ using LabelTable = std::map<std::int64_t, LabelEntry>;
 /// \throw IoError the file cannot be read; InputError a line has another form, a label occurs twice, or some
 /// colours have an alpha and others do not, so that a number may belong to a name without quotes
 MARROW_EXPORT LabelTable read_label_table(const std::filesystem::path& file);
+
+/// The entries of `table`, completed by those of `others`: the labels, names and colours that `table` leaves
+/// out.
+MARROW_EXPORT LabelTable completed(LabelTable table, const LabelTable& others);
 
 /// A colour for a label without one. It depends only on the label; consecutive labels have distinct colours.
 MARROW_EXPORT std::array<double, 3> default_label_colour(std::int64_t label);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <marrow/atomic_file.h>
+#include <marrow/buffer.h>
 #include <marrow/components.h>
 #include <marrow/error.h>
 #include <marrow/export.h>
@@ -19,6 +20,7 @@
 #include <marrow/mesh_io.h>
 #include <marrow/normals.h>
 #include <marrow/parts.h>
+#include <marrow/printable.h>
 #include <marrow/progress.h>
 #include <marrow/scan_io.h>
 #include <marrow/simplify.h>

@@ -45,7 +45,7 @@ struct MeshView {
 struct KeptMeshView : MeshView {
     using MeshView::MeshView;
     KeptMeshView(const MeshView& view) : MeshView(view) {}
-    KeptMeshView(Mesh&&) = delete;  // the view would outlive its arrays
+    KeptMeshView(const Mesh&&) = delete;  // the view would outlive its arrays
 };
 
 }  // namespace marrow

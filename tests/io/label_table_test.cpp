@@ -95,7 +95,7 @@ TEST(LabelTable, RefusesNumbersThatMayBelongToTheNameOrTheColour) {
 }
 
 TEST(LabelTable, NamesCanContainTheSignOfComments) {
-    const LabelTable table = table_of("  # comment\n1,Lesion #1,255,0,0\n#2 none\n2 #2\n");
+    const LabelTable table = table_of("  # comment\n1,Lesion #1,255,0,0 # 3 4\n#2 none\n2 #2\n");
     ASSERT_EQ(table.size(), 2u);
     EXPECT_EQ(table.at(1).name, "Lesion #1");
     EXPECT_EQ(table.at(1).colour, (Colour{1, 0, 0}));

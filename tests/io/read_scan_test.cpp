@@ -125,21 +125,121 @@ TEST(ReadNrrd, HasTheNamesAndColoursOfSegments) {
     options.volume = 0;
     EXPECT_EQ(samples_of<std::int16_t>(read_scan(map, options)), samples());
     options.volume = 1;
-    contains(refusal<OptionError>(map, options), "have several volumes");
+    contains(refusal<OptionError>(map, options), "has no volume 1; there are 1");
     EXPECT_FALSE(is_segmentation(write_file(
         folder / "n.nrrd",
         nrrd(space + "space directions: (1,0,0) (0,1,0) (0,0,1)\n") + "\n" + bytes_of(samples()))));
+}
 
-    std::string layers = nrrd(
-        space + "space directions: none (1,0,0) (0,1,0) (0,0,1)\nkinds: list domain domain domain\n" + keys);
-    const auto set = [&](const std::string& from, const std::string& to) {
-        ASSERT_NE(layers.find(from), layers.npos);
-        layers.replace(layers.find(from), from.size(), to);
+// The header of two volumes along an axis that is the first or the last.
+std::string two_volumes(bool first, const std::string& fields, const std::string& encoding = "raw") {
+    std::string header = nrrd(fields, encoding);
+    const std::string one = "dimension: 3\nsizes: 4 3 2";
+    return header.replace(header.find(one), one.size(),
+                          first ? "dimension: 4\nsizes: 2 4 3 2" : "dimension: 4\nsizes: 4 3 2 2");
+}
+
+std::vector<std::int16_t> other_samples() {
+    std::vector<std::int16_t> out = samples();
+    for (std::int16_t& sample : out) sample = static_cast<std::int16_t>(-3 * sample);
+    return out;
+}
+
+// Two volumes, of samples() and of other_samples().
+std::string interleaved(bool big_endian = false) {
+    const std::vector<std::int16_t> a = samples(), b = other_samples();
+    std::vector<std::int16_t> both;
+    for (std::size_t i = 0; i < a.size(); ++i) both.insert(both.end(), {a[i], b[i]});
+    return bytes_of(both, big_endian);
+}
+
+TEST(ReadNrrd, AVolumeIsChosenAlongTheFirstOrTheLastAxis) {
+    const TemporaryFolder folder;
+    const std::string space = "space: LPS\n",
+                      one_after_the_other = bytes_of(samples()) + bytes_of(other_samples());
+    const std::string
+        list_first = "space directions: none (2,0,0) (0,3,0) (0,0,4)\nkinds: list domain domain domain\n",
+        time_last = "space directions: (2,0,0) (0,3,0) (0,0,4) none\nkinds: space space space time\n";
+    std::string big = two_volumes(true, space + list_first);
+    big.replace(big.find("little"), 6, "big");
+    write_file(folder / "data.raw", std::string(5, 'x') + interleaved());
+    fs::create_directory(folder / "s");
+    for (std::size_t z = 0; z < nz; ++z)
+        write_file(folder / ("s/" + std::to_string(z)), interleaved().substr(z * nx * ny * 4, nx * ny * 4));
+    const std::vector<fs::path> same = {
+        write_file(folder / "a.nrrd", two_volumes(true, space + list_first) + "\n" + interleaved()),
+        write_file(folder / "b.nrrd", big + "\n" + interleaved(true)),
+        write_file(folder / "c.nrrd",
+                   two_volumes(true, space + list_first, "gzip") + "\n" + gzipped(interleaved())),
+        write_file(folder / "d.nhdr",
+                   two_volumes(true, space + list_first + "byte skip: -1\ndata file: data.raw\n")),
+        write_file(folder / "e.nhdr", two_volumes(true, space + list_first + "data file: s/%d 0 1 1\n")),
+        write_file(folder / "f.nrrd",
+                   two_volumes(true, space + "spacings: nan 2 3 4\n") + "\n" + interleaved()),
+        write_file(folder / "g.nrrd", two_volumes(false, space + time_last) + "\n" + one_after_the_other),
+        write_file(folder / "h.nrrd",
+                   two_volumes(false, space + time_last, "gzip") + "\n" + gzipped(one_after_the_other)),
+        write_file(folder / "i.nrrd",
+                   two_volumes(false, space + "spacings: 2 3 4 nan\n") + "\n" + one_after_the_other),
     };
-    set("dimension: 3", "dimension: 4");
-    set("sizes: ", "sizes: 2 ");
-    contains(refusal<InputError>(write_file(folder / "layers.seg.nrrd", layers + "\n" + bytes_of(samples()))),
-             "segments that overlap, in 2 layers");
+    for (const fs::path& path : same) {
+        SCOPED_TRACE(path);
+        contains(refusal<GeometryError>(path), "holds 2 volumes; choose one from 0 to 1 with options.volume");
+        EXPECT_EQ(inspect_scan(path).series[0].volume_count, 2);
+        ScanOptions options;
+        for (std::int64_t volume = 0; volume < 2; ++volume) {
+            options.volume = volume;
+            const Volume read = read_scan(path, options);
+            EXPECT_EQ(read.geometry().dims, (std::array<std::int64_t, 3>{nx, ny, nz}));
+            EXPECT_EQ(read.geometry().spacing, (Vec3d{2, 3, 4}));
+            EXPECT_EQ(samples_of<std::int16_t>(read), volume == 0 ? samples() : other_samples());
+            if (path.filename() == "c.nrrd" || path.filename() == "h.nrrd") continue;  // compressed
+            std::vector<std::int16_t> slice(nx * ny);
+            open_slices(path, options).read(1, 2, slice.data());
+            EXPECT_TRUE(std::equal(slice.begin(), slice.end(), read.samples<std::int16_t>() + nx * ny));
+        }
+        options.volume = 2;
+        contains(refusal<OptionError>(path, options), "has no volume 2; there are 2");
+    }
+    const auto why = [&](const std::string& header, const std::string& data) {
+        ScanOptions options;
+        options.volume = 1;
+        return refusal<InputError>(write_file(folder / "n.nrrd", header + "\n" + data), options);
+    };
+    contains(why(two_volumes(true, space + list_first), interleaved().substr(2)),
+             "claims 96 bytes of samples but the file has 94");
+    contains(why(two_volumes(true, space + "space directions: none (2,0,0) (0,3,0) (0,0,4)\n"
+                                           "kinds: vector domain domain domain\n"),
+                 interleaved()),
+             "axis 0 has 2 values per point (kind 'vector')");
+    contains(
+        why(two_volumes(false, space + "space directions: (2,0,0) none (0,3,0) (0,0,4)\n"), interleaved()),
+        "only one other is supported, as the first or the last");
+}
+
+// 3D Slicer puts segments that overlap into layers, which number their labels from 1.
+TEST(ReadNrrd, LayersOfSegmentsAreVolumes) {
+    const TemporaryFolder folder;
+    const fs::path path = write_file(
+        folder / "n.seg.nrrd",
+        two_volumes(true,
+                    "space: left-posterior-superior\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n"
+                    "kinds: list domain domain domain\n"
+                    "Segment0_LabelValue:=1\nSegment0_Name:=liver\nSegment0_Layer:=0\n"
+                    "Segment1_LabelValue:=1\nSegment1_Name:=tumour\nSegment1_Layer:=1\n"
+                    "Segment2_LabelValue:=2\nSegment2_Layer:=1\n") +
+            "\n" + interleaved());
+    EXPECT_TRUE(is_segmentation(path));
+    contains(refusal<GeometryError>(path), ": segments liver; segments tumour, 2");
+    EXPECT_EQ(inspect_scan(path).series[0].volumes,
+              (std::vector<std::string>{"segments liver", "segments tumour, 2"}));
+    ScanOptions options;
+    ScanInfo info;
+    options.volume = 1;
+    EXPECT_EQ(samples_of<std::int16_t>(read_scan(path, options, &info)), other_samples());
+    ASSERT_EQ(info.series.labels.size(), 2u);
+    EXPECT_EQ(info.series.labels.at(1).name, "tumour");
+    EXPECT_TRUE(is_segmentation(path, options));
 }
 
 TEST(ReadNrrd, LeftHandedSpaceIsNotMirrored) {
@@ -429,11 +529,11 @@ TEST(ReadScan, MissingEmptyAndOtherFilesAreRefused) {
     contains(refusal<InputError>(folder / "empty"), "no files");
     contains(refusal<InputError>(write_file(folder / "letter.nii", "Dear colleague")), "not a NIfTI file");
     contains(refusal<InputError>(write_file(folder / "letter.nrrd", "Dear colleague")), "not a NRRD file");
-    contains(refusal<InputError>(write_file(folder / "4d.nrrd",
-                                            "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 2 2 3\n"
+    contains(refusal<InputError>(write_file(folder / "5d.nrrd",
+                                            "NRRD0004\ntype: uchar\ndimension: 5\nsizes: 2 2 2 3 2\n"
                                             "encoding: raw\n\n" +
-                                                std::string(24, '\0'))),
-             "more than three dimensions; split it into volumes along axis 3");
+                                                std::string(48, '\0'))),
+             "besides three axes of space, only one other is supported");
     contains(refusal<InputError>(write_file(folder / "letter.mha", "Dear colleague")),
              "not a MetaImage file");
     contains(refusal<InputError>(write_file(folder / "letter.txt", "Dear colleague")), "not a scan");

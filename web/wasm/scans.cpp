@@ -252,7 +252,7 @@ Json describe_scan(const Json&) {
 
 Json read_labels(const Json& request) {
     const LabelTable table = read_label_table(request.at("path").get<std::string>());
-    const Json labels = labels_of(scan(), table);
+    const Json labels = labels_of(scan(), completed(table, info.series.labels));
     const bool any = std::any_of(labels.begin(), labels.end(), [&](const Json& label) {
         return table.contains(label.at("label").get<std::int64_t>());
     });

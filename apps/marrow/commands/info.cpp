@@ -28,12 +28,16 @@ namespace marrow::apps {
 namespace fs = std::filesystem;
 namespace {
 
-void add_labels(const Volume& map, SampleReport& report) {
-    for (const auto& [label, count] : count_labels(map)) {
+void add_labels(const Volume& map, const LabelTable& segments, SampleReport& report) {
+    for (const auto& [label, samples] : count_labels(map)) {
         if (label == LabelOptions{}.background) continue;
-        report.labels[label] += count;
+        const auto segment = segments.find(label);
+        report.labels.push_back(
+            {label, samples, segment == segments.end() ? std::nullopt : std::optional(segment->second.name)});
         report.upper = std::max(report.upper, static_cast<double>(label));
     }
+    std::stable_sort(report.labels.begin(), report.labels.end(),
+                     [](const auto& a, const auto& b) { return a.label < b.label; });
 }
 
 // `hounsfield` is what the headers say about the unit.
@@ -47,7 +51,7 @@ SampleReport report_on(const Volume& scan, const ScanInfo& info, const std::opti
     report.finite = scan.geometry().sample_count() - samples.non_finite_samples;
     report.may_be_hounsfield = report.finite > 0 && hounsfield.value_or(presets_apply(
                                                         info.series.modality, info.format, samples.lower));
-    if (is_label_map(scan, info.series)) add_labels(scan, report);
+    if (is_label_map(scan, info.series)) add_labels(scan, info.series.labels, report);
     return report;
 }
 
@@ -111,7 +115,8 @@ void inspect(const InfoCommandOptions& options, const ProgressReporter& reporter
         }
         for (std::int64_t map = 1; all_maps && map < info.volumes; ++map) {
             scan.volume = map;
-            add_labels(read_scan(finding.input, scan), *finding.samples);
+            const Volume layer = read_scan(finding.input, scan, &info);
+            add_labels(layer, info.series.labels, *finding.samples);
         }
         if (!options.picture.empty()) write_thumbnail(volume, options.picture);
     });

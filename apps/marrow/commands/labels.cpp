@@ -40,29 +40,48 @@ std::string file_name(const std::string& name) {
 
 using Counts = std::map<std::int64_t, std::int64_t>;
 
-// A label of the map, named by the table or by its number.
+// A label map with the names and colours of its segments.
+struct LabelMap {
+    Volume samples;
+    LabelTable segments;
+    Counts counts = {};
+};
+
+// The layers of a segmentation of 3D Slicer may have the same labels.
+struct LabelKey {
+    std::int64_t label = 0;
+    std::size_t map = 0;
+    auto operator<=>(const LabelKey&) const = default;
+};
+
+// A label of a map, named by the table, as a segment, or by its number.
 struct Label {
     std::string name, file_name;
     std::array<double, 3> colour;
+    std::int64_t samples = 0;
     bool wanted = true;
+    fs::path file = {};
 };
-using Labels = std::map<std::int64_t, Label>;
+using Labels = std::map<LabelKey, Label>;
 
-Labels labels_of(const Counts& counts, const LabelTable& table) {
+Labels labels_of(const std::vector<LabelMap>& maps, const LabelTable& given) {
     Labels labels;
     std::map<std::string, int> uses;
-    for (const auto& [label, samples] : counts) {
-        if (label == LabelOptions{}.background) continue;
-        const LabelEntry entry = label_entry(table, label);
-        Label one{entry.name, file_name(entry.name), *entry.colour};
-        ++uses[one.file_name];
-        labels.emplace(label, std::move(one));
+    for (std::size_t map = 0; map < maps.size(); ++map) {
+        const LabelTable table = completed(given, maps[map].segments);
+        for (const auto& [label, samples] : maps[map].counts) {
+            if (label == LabelOptions{}.background) continue;
+            const LabelEntry entry = label_entry(table, label);
+            Label one{entry.name, file_name(entry.name), *entry.colour, samples};
+            ++uses[one.file_name];
+            labels.emplace(LabelKey{label, map}, std::move(one));
+        }
     }
     // Names that several labels have get the label's number, as often as it takes to be unique.
     const auto uses_before = uses;
-    for (auto& [label, one] : labels) {
+    for (auto& [key, one] : labels) {
         if (uses_before.at(one.file_name) == 1) continue;
-        do one.file_name += fmt::format("-{}", label);
+        do one.file_name += fmt::format("-{}", key.label);
         while (++uses[one.file_name] > 1);
     }
     return labels;
@@ -73,16 +92,16 @@ std::string list_labels(const Labels& labels) {
     constexpr std::size_t kMost = 8;
     std::string text;
     std::size_t listed = 0;
-    for (const auto& [label, one] : labels) {
+    for (const auto& [key, one] : labels) {
         if (++listed > kMost) return text + fmt::format(" and {} more", labels.size() - kMost);
-        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", label, one.name);
+        text += fmt::format("{}{} {}", text.empty() ? "" : ", ", key.label, one.name);
     }
     return text;
 }
 
 std::vector<std::string> names_of(const Labels& labels) {
     std::vector<std::string> names;
-    for (const auto& [label, one] : labels) names.push_back(one.name);
+    for (const auto& [key, one] : labels) names.push_back(one.name);
     return names;
 }
 
@@ -97,26 +116,17 @@ std::string trimmed(const std::string& text) {
     return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
 }
 
-// A table in which the entries of another take the place of its own, as far as they go.
-LabelTable with_entries(LabelTable table, const LabelTable& others) {
-    for (const auto& [label, other] : others) {
-        LabelEntry& entry = table[label];
-        if (!other.name.empty()) entry.name = other.name;
-        if (other.colour) entry.colour = other.colour;
-    }
-    return table;
-}
-
 // Marks the labels in `only` as wanted: numbers or names in any case, separated by commas. A name may itself
 // contain commas. The number of a label goes before names.
 void choose_labels(const std::string& only, Labels& labels) {
-    for (auto& [label, one] : labels) one.wanted = false;
+    for (auto& [key, one] : labels) one.wanted = false;
     const auto choose_one = [&](const std::string& wanted) {
-        for (auto& [label, one] : labels) {
-            if (wanted == std::to_string(label)) return one.wanted = true;
-        }
         bool found = false;
-        for (auto& [label, one] : labels) {
+        for (auto& [key, one] : labels) {
+            if (wanted == std::to_string(key.label)) one.wanted = found = true;
+        }
+        if (found) return true;
+        for (auto& [key, one] : labels) {
             if (lower_case(wanted) == lower_case(one.name)) one.wanted = found = true;
         }
         return found;
@@ -144,27 +154,26 @@ std::vector<fs::path> file_pattern(const LabelsOptions& options) {
     return files_of(options, {"{name}"});
 }
 
-// The file of each label that is wanted.
-std::map<std::int64_t, fs::path> name_files(const LabelsOptions& options, const Labels& labels) {
-    std::vector<std::int64_t> wanted;
+// Gives each label that is wanted its file.
+void name_files(const LabelsOptions& options, Labels& labels) {
+    std::vector<Label*> wanted;
     std::vector<std::string> names;
-    for (const auto& [label, one] : labels) {
+    for (auto& [key, one] : labels) {
         if (!one.wanted) continue;
-        wanted.push_back(label);
+        wanted.push_back(&one);
         names.push_back(one.file_name);
     }
     const std::vector<fs::path> files = files_of(options, names);
-    std::map<std::int64_t, fs::path> by_label;
     for (std::size_t i = 0; i < wanted.size(); ++i) {
         check_output(files[i], options.job.scan.path);
-        by_label.emplace(wanted[i], files[i]);
+        wanted[i]->file = files[i];
     }
-    return by_label;
 }
 
 // The thousands of surfaces of a scan would take minutes, and nobody wants them.
-void refuse_scan(const fs::path& input, const Counts& counts, const Volume& map) {
+void refuse_scan(const fs::path& input, const LabelMap& map) {
     constexpr std::size_t kMany = 32;
+    const Counts& counts = map.counts;
     if (counts.size() <= kMany) return;
     std::int64_t background = LabelOptions{}.background;
     // Scans with negative values may be clipped at one of them, which then is the most frequent.
@@ -172,7 +181,7 @@ void refuse_scan(const fs::path& input, const Counts& counts, const Volume& map)
         background = std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
                          return a.second < b.second;
                      })->first;
-    if (!has_equal_neighbours(map, background))
+    if (!has_equal_neighbours(map.samples, background))
         throw UsageError(fmt::format(
             "'{}' looks like a scan, not like a label map: it has {} different values, from {} to {}, and "
             "neighbours mostly differ; extract an isosurface with --isovalue, or name labels with --only",
@@ -182,7 +191,7 @@ void refuse_scan(const fs::path& input, const Counts& counts, const Volume& map)
 void warn_of_table(const fs::path& file, const LabelTable& table, const Labels& labels,
                    std::vector<std::string>& warnings) {
     const bool any = std::any_of(labels.begin(), labels.end(),
-                                 [&](const auto& entry) { return table.contains(entry.first); });
+                                 [&](const auto& entry) { return table.contains(entry.first.label); });
     if (!file.empty() && !any)
         warnings.push_back(fmt::format("'{}' has none of the map's labels", file.string()));
 }
@@ -205,41 +214,44 @@ void warn_of_loss(const std::vector<Surface>& surfaces, std::vector<std::string>
 }
 
 // The label maps of the scan: one, or all those of a segmentation, whose segments may overlap.
-std::vector<Volume> read_maps(const LabelsOptions& options, SurfaceJob& job) {
+std::vector<LabelMap> read_maps(const LabelsOptions& options, SurfaceJob& job) {
     const FilterSteps steps{.crop = options.crop};
-    std::vector<Volume> maps;
-    if (options.job.scan.options.volume || !options.segmentation) {
-        maps.push_back(job.read_scan(steps));
-        return maps;
-    }
-    do maps.push_back(job.read_volume(static_cast<std::int64_t>(maps.size()), steps));
-    while (maps.size() < static_cast<std::size_t>(job.results.info.volumes));
+    const bool all = options.segmentation && !options.job.scan.options.volume;
+    const ScanInfo& info = job.results.info;
+    std::vector<LabelMap> maps;
+    do {
+        Volume map =
+            all ? job.read_volume(static_cast<std::int64_t>(maps.size()), steps) : job.read_scan(steps);
+        maps.push_back({std::move(map), info.series.labels});
+    } while (all && maps.size() < static_cast<std::size_t>(info.volumes));
     return maps;
 }
 
 // All labels are extracted, so that a surface does not depend on which of its neighbours are wanted.
-void extract(const LabelOptions& options, const Volume& map, const Labels& labels,
+void extract(const LabelOptions& options, const Volume& samples, std::size_t map, const Labels& labels,
              std::vector<Surface>& surfaces) {
-    for (LabelSurface& found : extract_labels(map, options)) {
-        const Label& label = labels.at(found.label);
+    for (LabelSurface& found : extract_labels(samples, options)) {
+        const Label& label = labels.at({found.label, map});
         if (!label.wanted) continue;
-        Surface& surface = surfaces.emplace_back(Surface{label.name, 0, std::move(found.mesh), {}});
+        Surface& surface = surfaces.emplace_back(Surface{label.name, 0, std::move(found.mesh), label.file});
         surface.colour = label.colour;
         surface.label = found.label;
+        surface.label_volume.samples = label.samples;
         surface.held_back = found.held_back_points;
     }
 }
 
-void measure_volumes(const Counts& counts, const Mat3d& index_to_physical, int threads,
-                     const Progress& progress, std::vector<Surface>& surfaces) {
+void measure_volumes(const Mat3d& index_to_physical, int threads, const Progress& progress,
+                     std::vector<Surface>& surfaces) {
     const Mat3d& step = index_to_physical;
     const double sample_mm3 = std::abs(dot(step[0], cross(step[1], step[2])));
     double done = 0;
     for (Surface& surface : surfaces) {
         report(progress, done++ / static_cast<double>(surfaces.size()));
-        const std::int64_t samples = counts.at(*surface.label);
         surface.measures = measure(surface.mesh, {.threads = threads});
-        surface.label_volume = {samples, static_cast<double>(samples) * sample_mm3, surface.measures->volume};
+        LabelVolume& volume = surface.label_volume;
+        volume.samples_mm3 = static_cast<double>(volume.samples) * sample_mm3;
+        volume.enclosed_mm3 = surface.measures->volume;
     }
 }
 
@@ -269,47 +281,42 @@ void run(const LabelsOptions& options, const Console& console, const std::atomic
     job.check_outputs(pattern);
     const LabelTable given = options.table.empty() ? LabelTable{} : read_label_table(options.table);
 
-    const std::vector<Volume> maps = read_maps(options, job);
+    std::vector<LabelMap> maps = read_maps(options, job);
     SurfaceResults& results = job.results;
-    const LabelTable table = with_entries(results.info.series.labels, given);
-    Counts counts;
-    for (const Volume& map : maps) {
+    for (LabelMap& map : maps) {
         job.stage("count", [&](const Progress& progress) {
-            for (const auto& [label, samples] :
-                 count_labels(map, {.threads = job.threads(), .progress = progress}))
-                counts[label] += samples;
+            map.counts = count_labels(map.samples, {.threads = job.threads(), .progress = progress});
         });
     }
-    Labels labels = labels_of(counts, table);
+    Labels labels = labels_of(maps, given);
     if (labels.empty())
         throw EmptySurface(fmt::format("{} only background, so there is no surface",
                                        options.crop ? "the box of --crop holds" : "the map holds"));
     if (options.only)
         choose_labels(*options.only, labels);
     else if (!options.segmentation)
-        refuse_scan(options.job.scan.path, counts, maps[0]);
-    const std::map<std::int64_t, fs::path> files = name_files(options, labels);
+        refuse_scan(options.job.scan.path, maps[0]);
+    name_files(options, labels);
     warn_of_table(options.table, given, labels, results.warnings);
     job.print_warnings();
 
-    for (const Volume& map : maps) {
+    for (std::size_t map = 0; map < maps.size(); ++map) {
         results.seconds.extract += job.stage("extract", [&](const Progress& progress) {
             extract({.relax = options.relax,
                      .normals = job.shows_normals(pattern),
                      .threads = job.threads(),
                      .progress = progress},
-                    map, labels, results.surfaces);
+                    maps[map].samples, map, labels, results.surfaces);
         });
     }
-    std::sort(results.surfaces.begin(), results.surfaces.end(),
-              [](const Surface& a, const Surface& b) { return *a.label < *b.label; });
+    std::stable_sort(results.surfaces.begin(), results.surfaces.end(),
+                     [](const Surface& a, const Surface& b) { return *a.label < *b.label; });
+    const Geometry& geometry = maps[0].samples.geometry();
     job.stage("measure", [&](const Progress& progress) {
-        measure_volumes(counts, maps[0].geometry().index_to_physical(), job.threads(), progress,
-                        results.surfaces);
+        measure_volumes(geometry.index_to_physical(), job.threads(), progress, results.surfaces);
     });
     warn_of_loss(results.surfaces, results.warnings);
-    warn_of_rounding(maps[0].geometry(), results.warnings);
-    for (Surface& surface : results.surfaces) surface.output = files.at(*surface.label);
+    warn_of_rounding(geometry, results.warnings);
     warn_of_coinciding_points(results.surfaces, "if that matters, write .3mf or .ply", results.warnings);
     job.deliver();
 }

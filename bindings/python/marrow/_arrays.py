@@ -34,8 +34,12 @@ def as_array(source: Any) -> Array:
 
 
 def _refuse_mask(values: Any) -> None:
+    """Refuse a masked array, also one in a list, of which NumPy would make NaN."""
     if isinstance(values, np.ma.MaskedArray):
         raise InputError("a masked array has elements without a value: fill them first, with .filled(value)")
+    if isinstance(values, (list, tuple)):
+        for value in values:
+            _refuse_mask(value)
 
 
 def _converted(source: Any) -> Array:
@@ -52,9 +56,9 @@ def _converted(source: Any) -> Array:
 
 
 def as_number(value: Any, name: str) -> float:
-    """Return `value` as a number; text is none."""
+    """Return `value` as a number; text is none, nor is a complex number, of which NumPy would drop a part."""
     try:
-        if not isinstance(value, str):
+        if not isinstance(value, (str, bytes, np.complexfloating)):
             return float(value)
     except _NO_NUMBER:
         pass
@@ -62,10 +66,12 @@ def as_number(value: Any, name: str) -> float:
 
 
 def as_numbers(values: Any) -> Optional[NDArray[np.float64]]:
-    """Return a copy of `values` as an array of numbers, or None if they are none. A mask is refused."""
+    """Return a copy of `values` as an array of numbers, or None if they are none, as text. A mask is refused."""
     _refuse_mask(values)
     try:
-        return np.array(values, np.float64)
+        given = np.asarray(values)
+        # Of a complex number NumPy would drop a part, and of text it would make a number.
+        return np.array(given, np.float64) if given.dtype.kind in "biufO" else None
     except _NO_NUMBER:
         return None
 

@@ -13,8 +13,9 @@ import numpy as np
 from . import _marrow
 from ._arrays import as_number
 from ._as_volume import as_volume
+from ._label_table import Colour
 from ._marrow import Cancelled, EmptySurface, InputError
-from ._mesh import Colour, Mesh
+from ._mesh import Mesh
 from ._scan import Progress, volume_of
 from ._trust import Trust
 from ._volume import Volume
@@ -134,8 +135,7 @@ def extract(
     stages = _stages(progress, 1 + 2 * bool(keep_thin) + bool(trust))
     mesh = surface_of(samples, next(stages))
     if len(mesh.triangles) == 0:
-        check_for_cells(volume.samples.shape, closed)
-        _raise_empty(samples, value)
+        _raise_empty(volume, samples, value, closed)
     walls = None
     if keep_thin:
         walls = _marrow.FoundWalls(
@@ -313,14 +313,15 @@ def _check_hounsfield(volume: Volume, samples: _marrow.ArrayVolume, tissue: Tiss
 
 def check_for_cells(shape: Sequence[int], closed: bool) -> None:
     """Refuse an open surface of samples without a cell between them."""
-    if not closed and min(shape) < 2:
+    if not closed and min(shape) == 1:
         raise EmptySurface("an open surface needs at least 2 samples along each axis: give closed=True")
 
 
-def _raise_empty(samples: _marrow.ArrayVolume, isovalue: float) -> NoReturn:
+def _raise_empty(volume: Volume, samples: _marrow.ArrayVolume, isovalue: float, closed: bool) -> NoReturn:
     found = _marrow.histogram(samples, 2)
     if len(found["counts"]) == 0:
         raise EmptySurface("the volume has no finite sample, so there is no surface")
+    check_for_cells(volume.samples.shape, closed)
     raise EmptySurface(
         f"no surface at isovalue {isovalue:g}: samples range from {found['lower']:g} to {found['upper']:g}"
     )

@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _marrow
 from ._marrow import InputError
+from ._volume import Volume
 
 if TYPE_CHECKING:
-    from ._mesh import Colour
     from ._scan import Path
+
+Colour = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -48,17 +50,21 @@ def label_table(entries: Mapping[int, tuple[Any, ...]]) -> dict[int, LabelEntry]
     return {label: LabelEntry(*entry) for label, entry in entries.items()}
 
 
-def completed(entries: Mapping[int, LabelEntry], own: Mapping[int, LabelEntry]) -> dict[int, LabelEntry]:
-    """Return `entries` with what they leave out: the names, the colours and the labels of `own`."""
+def entries_of(table: Union[Path, Mapping[int, LabelEntry], None], volume: Any) -> dict[int, LabelEntry]:
+    """Return the entries of a table, and what they leave out as in `volume` if that is a segmentation.
+
+    Files are read: call it before long work.
+    """
+    own = volume.info.series.labels if isinstance(volume, Volume) and volume.info else {}
     merged = dict(own)
-    for label, entry in entries.items():
+    for label, entry in _read(table).items():
         before = own.get(label, LabelEntry(""))
-        merged[label] = LabelEntry(entry.name or before.name, entry.colour or before.colour)
+        colour = before.colour if entry.colour is None else entry.colour  # which may be an array
+        merged[label] = LabelEntry(entry.name or before.name, colour)
     return merged
 
 
-def entries_of(table: Union[Path, Mapping[int, LabelEntry], None]) -> Mapping[int, LabelEntry]:
-    """Return the entries of a table, of which files are read: call it before long work."""
+def _read(table: Union[Path, Mapping[int, LabelEntry], None]) -> Mapping[int, LabelEntry]:
     if not isinstance(table, Mapping):
         return read_label_table(table) if table is not None else {}
     for label, entry in table.items():

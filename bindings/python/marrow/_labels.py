@@ -11,7 +11,7 @@ import numpy as np
 from . import _marrow
 from ._arrays import Array
 from ._as_volume import as_volume
-from ._label_table import LabelEntry, completed, entries_of
+from ._label_table import LabelEntry, entries_of
 from ._marrow import InputError
 from ._mesh import Mesh
 from ._scan import Path, Progress
@@ -64,7 +64,7 @@ def labels(
     Cancelled
         `progress` returned False.
     """
-    entries = entries_of(table)
+    entries = entries_of(table, volume)
     volume = as_volume(volume)
     values, numbers, number = renumbered(volume.array, background)
     surfaces = _marrow.labels(
@@ -76,8 +76,7 @@ def labels(
         progress=progress,
     )
     by_label = {n if values is None else int(values[n]): arrays for n, arrays in surfaces.items()}
-    of_segments = volume.info.series.labels if volume.info else {}
-    return named(by_label, completed(entries, of_segments))
+    return named(by_label, entries)
 
 
 def named(surfaces: Mapping[int, Any], entries: Mapping[int, LabelEntry]) -> dict[int, Mesh]:
@@ -87,7 +86,9 @@ def named(surfaces: Mapping[int, Any], entries: Mapping[int, LabelEntry]) -> dic
         entry = entries.get(label, LabelEntry(""))
         mesh = meshes[label] = Mesh._of(arrays)
         mesh.name = entry.name or f"label-{label}"
-        mesh.colour = entry.colour or _marrow.default_label_colour((label + 2**63) % 2**64 - 2**63)  # an int64
+        mesh.colour = entry.colour
+        if mesh.colour is None:
+            mesh.colour = _marrow.default_label_colour((label + 2**63) % 2**64 - 2**63)  # an int64
     return meshes
 
 

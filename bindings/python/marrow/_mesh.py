@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _marrow
 from ._arrays import Array, as_array, as_numbers
+from ._label_table import Colour
 from ._marrow import InputError, IoError
 from ._measures import Distance, MeshCheck, MeshMeasures, Roughness, TriangleQuality
 from ._scan import Path, Progress
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     import trimesh
     import vtk
 
-Colour = tuple[float, float, float]
 FileSpace = Literal["LPS", "RAS", "none"]
 
 

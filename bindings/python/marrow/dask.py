@@ -353,7 +353,7 @@ def labels(
     """
     source = Source(array, spacing=spacing, origin=origin, direction=direction, affine=affine)
     halo = _marrow.label_part_halo(relax)
-    entries = entries_of(table)
+    entries = entries_of(table, array)
     if blocks is not None:
         blocks = [*block_sizes(blocks)[:2], source.array.shape[2]]
     with _Tasks(client) as tasks:
@@ -541,5 +541,7 @@ def _total(sizes: Any) -> SurfaceSize:
 
 
 def _raise_empty(source: Source, isovalue: float, closed: bool) -> NoReturn:
+    if 0 in source.array.shape:
+        raise EmptySurface("the array has no sample, so there is no surface")
     check_for_cells(source.array.shape, closed)
     raise EmptySurface(f"no surface at isovalue {isovalue:g}: all finite samples are on one side of it")

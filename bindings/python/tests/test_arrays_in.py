@@ -151,9 +151,10 @@ def test_masked_arrays_are_refused(ball, tmp_path):
     with pytest.raises(marrow.InputError, match="filled"):
         marrow.extract_to_file(Slices(masked), 300.5, tmp_path / "surface.ply")
     numbers = np.ma.array([1, 2, 3], mask=[False, True, False])
-    for call in (lambda: marrow.sweep(ball, numbers), lambda: marrow.Volume(ball, spacing=numbers)):
-        with pytest.raises(marrow.InputError, match="filled"):
-            call()
+    for values in (numbers, list(numbers)):
+        for call in (lambda: marrow.sweep(ball, values), lambda: marrow.Volume(ball, spacing=values)):
+            with pytest.raises(marrow.InputError, match="filled"):
+                call()
 
 
 @pytest.mark.parametrize("dtype", ["int16", "float32"])

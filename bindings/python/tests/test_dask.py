@@ -301,6 +301,18 @@ def test_labels_of_a_folder(client, tmp_path):
     assert all(same_bytes(mesh, whole[label]) for label, mesh in surfaces.items())
 
 
+def test_labels_of_a_segmentation_have_the_names_of_its_segments(client):
+    samples = label_map(np.random.default_rng(12), (20, 20, 20), "u1", (0, 1, 2, 3))
+    segments = {1: marrow.LabelEntry("liver", (1, 0, 0)), 2: marrow.LabelEntry("spleen")}
+    series = marrow.SeriesInfo("", "", "SEG", samples.shape, (1, 1, 1), 1, segments)
+    volume = marrow.Volume(samples, info=marrow.ScanInfo("NRRD", series, (), None))
+    table = {2: marrow.LabelEntry("", (0, 1, 0))}
+    surfaces = marrow.dask.labels(volume, relax=2, table=table)
+    assert {label: mesh.name for label, mesh in surfaces.items()} == {1: "liver", 2: "spleen", 3: "label-3"}
+    whole = marrow.labels(volume, relax=2, table=table)
+    assert all((mesh.name, mesh.colour) == (whole[n].name, whole[n].colour) for n, mesh in surfaces.items())
+
+
 def test_atlases_have_the_bytes_of_the_whole(client):
     atlas = Path("/usr/share/mricron/templates/aal.nii.gz")
     if not atlas.exists():
@@ -486,7 +498,7 @@ def test_arrays_without_samples_have_no_surface(client, tmp_path, shape):
             lambda: marrow.dask.extract_to_file(source, 2, tmp_path / "surface.ply"),
             lambda: marrow.dask.write_fragments(source, 2, tmp_path / "mesh"),
         ):
-            with pytest.raises(marrow.EmptySurface):
+            with pytest.raises(marrow.EmptySurface, match="no sample"):
                 call()
         assert marrow.dask.labels(source) == marrow.labels(array) == {}
 

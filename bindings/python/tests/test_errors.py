@@ -40,7 +40,7 @@ def test_messages_name_the_options_of_python(tmp_path):
         marrow.extract_to_file(numpy.zeros((9, 9, 9)), 0, tmp_path / "a.ply", max_memory=1000)
 
 
-@pytest.mark.parametrize("value", ["5", None, [1, 2], 10**400, object])
+@pytest.mark.parametrize("value", ["5", b"5", None, [1, 2], 10**400, object, numpy.complex64(5 + 1j)])
 def test_isovalues_are_numbers(ball, tmp_path, value):
     for call in (
         lambda: marrow.extract_to_file(ball, value, tmp_path / "surface.ply"),
@@ -52,7 +52,7 @@ def test_isovalues_are_numbers(ball, tmp_path, value):
             call()
 
 
-@pytest.mark.parametrize("values", [3.0, None, ["low"], [0, 10**400], [[1.0], [2.0]], [[1.0], [2.0, 3.0]]])
+@pytest.mark.parametrize("values", [3.0, None, ["low"], ["1", "2"], [0, 2j], [0, 10**400], [[1.0], [2.0]], [[1.0], [2.0, 3.0]]])
 def test_a_sweep_has_a_sequence_of_isovalues(ball, values):
     with pytest.raises(marrow.InputError, match="^isovalues are a sequence of numbers.*$"):
         marrow.sweep(ball, values)
@@ -102,7 +102,9 @@ def test_a_path_is_no_volume(path):
 
 
 def test_a_vector_has_three_numbers(ball, tmp_path):
-    for values in ((1, 2), (1, 2, 3, 4), (1, "a", 3), (1, 10**400, 3), [[1], [2, 3]], "abc"):
+    dates = numpy.array(["2026-11-29"] * 3, "M8[D]")
+    wrong = ((1, 2), (1, 2, 3, 4), (1, "a", 3), (1, 10**400, 3), [[1], [2, 3]], "abc", ("1", "2", "3"), (1, 2j, 3), dates)
+    for values in wrong:
         for name, call in (
             ("lower", lambda: marrow.crop(ball, values, (5, 5, 5))),
             ("upper", lambda: marrow.crop(ball, (1, 1, 1), values)),

@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import typing
 
 import marrow
 import numpy as np
@@ -209,6 +210,10 @@ def test_labels_have_closed_surfaces_with_names_and_colours(label_map, tmp_path)
     marrow.write_meshes(list(meshes.values()), tmp_path / "labels.glb", verify=True)
     by_hand = marrow.labels(label_map, table={7: marrow.LabelEntry("spleen")})
     assert by_hand[7].name == "spleen"
+    coloured = marrow.labels(label_map, table={7: marrow.LabelEntry("spleen", np.zeros(3))})[7]
+    assert tuple(coloured.colour) == (0, 0, 0)
+    coloured.write(tmp_path / "spleen.glb")
+    assert "colour" in typing.get_type_hints(marrow.LabelEntry)
 
 
 def test_names_of_labels_that_are_not_utf_8_can_be_read(tmp_path):

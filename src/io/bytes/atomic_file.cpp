@@ -62,8 +62,9 @@ void keep_permissions(const fs::path& from, int descriptor) {
     struct stat old {};
     if (::stat(from.c_str(), &old) != 0) return;
     mode_t mode = old.st_mode & 0777;
-    // Only members of a group may give it a file. The rights of one group are not for another.
-    if (::fchown(descriptor, static_cast<uid_t>(-1), old.st_gid) != 0) mode &= ~static_cast<mode_t>(S_IRWXG);
+    // Only members of a group may give it a file. Another group has no rights but those of all others.
+    if (::fchown(descriptor, static_cast<uid_t>(-1), old.st_gid) != 0)
+        mode = (mode & ~static_cast<mode_t>(S_IRWXG)) | (mode & S_IRWXO) << 3;
 #ifdef __linux__
     // With an access control list, the bits of the group limit what others in the list may do.
     constexpr const char* kList = "system.posix_acl_access";
@@ -95,7 +96,8 @@ AtomicFile::AtomicFile(const fs::path& target) : named_(target) {
     const std::string stem = ".marrow-" + std::to_string(::getpid()) + "-";
     while (descriptor_ < 0) {
         temporary_ = folder_of(target_) / (stem + std::to_string(files++) + ".tmp");
-        descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC,
+                             fs::exists(status) ? 0600 : 0666);
         if (descriptor_ < 0 && errno != EEXIST) fail(errno);
     }
     if (fs::exists(status)) keep_permissions(target_, descriptor_);

@@ -144,7 +144,10 @@ LabelTable read_label_table(const std::filesystem::path& file) {
         const std::string_view text_of_line = take_line(rest);
         ++line_number;
         if (trimmed(text_of_line).starts_with('#')) continue;
-        const std::vector<Word> words = words_of(text_of_line);
+        std::vector<Word> words = words_of(text_of_line);
+        words.erase(std::find_if(words.begin(), words.end(),
+                                 [](const Word& word) { return word.text == "#" && !word.quoted; }),
+                    words.end());
         if (words.empty()) continue;
         const std::optional<std::int64_t> label = label_in(words.front());
         if (!label || words.size() < 2)
@@ -162,6 +165,15 @@ LabelTable read_label_table(const std::filesystem::path& file) {
             fmt::format("{}, line {}: the first of four numbers may belong to the name, as line {} has only "
                         "three; put the name in quotes",
                         quoted(file), line_with_four, line_with_three));
+    return table;
+}
+
+LabelTable completed(LabelTable table, const LabelTable& others) {
+    for (const auto& [label, other] : others) {
+        LabelEntry& entry = table[label];
+        if (entry.name.empty()) entry.name = other.name;
+        if (!entry.colour) entry.colour = other.colour;
+    }
     return table;
 }
 

@@ -50,6 +50,20 @@ std::string field_name(std::string_view name) {
     return n;
 }
 
+// In keys and their values, two backslashes stand for one, and a backslash before an n for a new line.
+std::string unescaped(std::string_view text) {
+    std::string out;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const bool escapes =
+            text[i] == '\\' && i + 1 < text.size() && (text[i + 1] == '\\' || text[i + 1] == 'n');
+        if (!escapes)
+            out += text[i];
+        else
+            out += text[++i] == 'n' ? '\n' : '\\';
+    }
+    return out;
+}
+
 Header parse(const std::filesystem::path& path) {
     constexpr std::size_t kLongest = 1 << 20;
     const std::string text = read_head(path, kLongest);
@@ -71,7 +85,7 @@ Header parse(const std::filesystem::path& path) {
         if (line.empty()) break;
         // A key may have a colon.
         if (const std::size_t equals = line.find(":="); equals < line.find(": ")) {
-            header.keys.emplace(line.substr(0, equals), line.substr(equals + 2));
+            header.keys.emplace(unescaped(line.substr(0, equals)), unescaped(line.substr(equals + 2)));
             continue;
         }
         const std::size_t colon = line.find(':');
@@ -212,8 +226,9 @@ std::optional<std::array<double, 3>> colour(std::string_view text) {
     return out;
 }
 
-// The segments that 3D Slicer describes by keys: Segment0_LabelValue, Segment0_Name, Segment0_Color.
-LabelTable segments(const Header& header) {
+// The segments that 3D Slicer describes by keys: Segment0_LabelValue, Segment0_Name, Segment0_Color. Those
+// that overlap are in several layers: Segment0_Layer.
+LabelTable segments(const Header& header, std::int64_t layer) {
     constexpr std::string_view kBegin = "Segment", kEnd = "_LabelValue";
     const auto text = [&](const std::string& key) {
         const auto at = header.keys.find(key);
@@ -223,53 +238,73 @@ LabelTable segments(const Header& header) {
     for (const auto& [key, value] : header.keys) {
         if (!key.starts_with(kBegin) || !key.ends_with(kEnd)) continue;
         const std::string segment = key.substr(0, key.size() - kEnd.size());
-        if (const auto label = parse_integer(value))
+        const auto label = parse_integer(value);
+        if (label && parse_integer(text(segment + "_Layer")).value_or(0) == layer)
             out.emplace(*label, LabelEntry{text(segment + "_Name"), colour(text(segment + "_Color"))});
     }
     return out;
 }
 
-// The three axes of space. Other axes may be present if they have one value each.
-std::array<std::size_t, 3> spatial_axes(const Header& header, const std::vector<double>& sizes,
-                                        const std::vector<std::optional<Vec3d>>& known_directions) {
+struct Axes {
+    std::array<std::size_t, 3> space{};
+    std::optional<std::size_t> volumes;  // one value for each of several volumes
+};
+
+// Axes with a single value are passed over.
+Axes find_axes(const Header& header, const std::vector<double>& sizes,
+               const std::vector<std::optional<Vec3d>>& known_directions) {
     const std::size_t axes = sizes.size();
     static const std::vector<std::string> spatial = {"domain", "space", "???", "none"};
     const auto kinds =
         header.find("kinds") ? split(*header.find("kinds")) : std::vector<std::string_view>(axes, "???");
     if (kinds.size() != axes)
         header.refuse(fmt::format("'kinds' has {} values for {} axes", kinds.size(), axes));
-    // If only their spacing tells axes apart, one sample without a spacing is not an axis of space.
+    // If only their spacing tells axes apart, one without a spacing is not an axis of space if it has one
+    // sample or three others have a spacing.
     const bool by_spacing = known_directions.empty() && !header.find("kinds");
     const auto spacings = by_spacing && header.find("spacings") ? numbers(header, "spacings", axes)
                                                                 : std::vector<double>(axes, NAN);
+    const bool three_spacings =
+        std::count_if(spacings.begin(), spacings.end(), [](double s) { return !std::isnan(s); }) >= 3;
     std::size_t left = axes;
-    std::vector<std::size_t> space;
+    std::vector<std::size_t> space, others;
     for (std::size_t a = 0; a < axes; ++a) {
-        if (by_spacing && left > 3 && sizes[a] == 1 && std::isnan(spacings[a])) {
-            --left;
-            continue;
-        }
-        const bool in_space = known_directions.empty() || known_directions[a];
-        const bool of_space = std::find(spatial.begin(), spatial.end(), to_lower(kinds[a])) != spatial.end();
+        const bool without_spacing =
+            by_spacing && left > 3 && std::isnan(spacings[a]) && (sizes[a] == 1 || three_spacings);
+        if (without_spacing) --left;
+        const std::string kind = to_lower(kinds[a]);
+        const bool of_space = std::find(spatial.begin(), spatial.end(), kind) != spatial.end();
+        const bool in_space = !without_spacing && (known_directions.empty() || known_directions[a]);
         if (in_space && of_space && (axes == 3 || space.size() < 3)) {
             space.push_back(a);
-        } else if (sizes[a] != 1 && !segments(header).empty()) {
-            header.refuse(
-                fmt::format("has segments that overlap, in {:.0f} layers, which is not supported; export the "
-                            "segmentation from 3D Slicer as DICOM, or as a label map",
-                            sizes[a]));
-        } else if (sizes[a] != 1 && kinds[a] == "???") {
-            header.refuse(fmt::format(
-                "has more than three dimensions; split it into volumes along axis {}, which has size {:.0f}",
-                a, sizes[a]));
         } else if (sizes[a] != 1) {
-            header.refuse(fmt::format(
-                "axis {} has {:.0f} values per point (kind {}); only one value per point is supported", a,
-                sizes[a], quoted(kinds[a])));
+            if (!of_space && kind != "list" && kind != "time")
+                header.refuse(fmt::format(
+                    "axis {} has {:.0f} values per point (kind {}); only one value per point is supported", a,
+                    sizes[a], quoted(kinds[a])));
+            others.push_back(a);
         }
     }
     if (space.size() != 3) header.refuse("is not three-dimensional");
-    return {space[0], space[1], space[2]};
+    if (others.size() > 1 || (others.size() == 1 && others[0] > space[0] && others[0] < space[2]))
+        header.refuse("besides three axes of space, only one other is supported, as the first or the last");
+    return {{space[0], space[1], space[2]},
+            others.empty() ? std::nullopt : std::optional<std::size_t>(others[0])};
+}
+
+// What the layers of a segmentation hold: "segments liver, 3".
+std::vector<std::string> describe_layers(const Header& header, double count) {
+    constexpr double kMostLayers = 1000;
+    std::vector<std::string> out;
+    bool found = false;
+    for (std::int64_t layer = 0; static_cast<double>(layer) < std::min(count, kMostLayers); ++layer) {
+        std::vector<std::string> names;
+        for (const auto& [label, entry] : segments(header, layer))
+            names.push_back(entry.name.empty() ? std::to_string(label) : entry.name);
+        found |= !names.empty();
+        out.push_back(names.empty() ? "no segments" : fmt::format("segments {}", fmt::join(names, ", ")));
+    }
+    return found ? out : std::vector<std::string>();
 }
 
 // Spacing and origin of headers without space directions, in mm. An axis without a unit of its own has that
@@ -301,11 +336,13 @@ void read_spacings(const Header& header, std::size_t axes, const std::array<std:
     }
 }
 
-void read_geometry(const Header& header, const std::vector<double>& sizes, RawImage& image) {
+// Returns the axis of volumes, if there are several.
+std::optional<std::size_t> read_geometry(const Header& header, const std::vector<double>& sizes,
+                                         RawImage& image) {
     const std::size_t axes = sizes.size();
     const auto known =
         header.find("space directions") ? directions(header, axes) : std::vector<std::optional<Vec3d>>();
-    const std::array<std::size_t, 3> space = spatial_axes(header, sizes, known);
+    const auto [space, volumes] = find_axes(header, sizes, known);
     const Vec3d sign = to_lps(header, image);
     Vec3d space_unit{1, 1, 1};
     if (const auto units = header.find("space units")) {
@@ -334,6 +371,8 @@ void read_geometry(const Header& header, const std::vector<double>& sizes, RawIm
         g.origin[row] = origin[row] * sign[row];
     }
     set_columns(g, m);
+    image.interleaved = volumes && *volumes < space[0];
+    return volumes;
 }
 
 // Expands "name%03d.raw 1 93 1" to the names with the numbers 1 to 93.
@@ -419,7 +458,7 @@ void read_data_location(const Header& header, RawImage& image) {
 
 }  // namespace
 
-RawImage read_nrrd_header(const std::filesystem::path& path) {
+RawImage read_nrrd_header(const std::filesystem::path& path, std::optional<std::int64_t> volume) {
     const Header header = parse(path);
     RawImage image;
     image.type = stored_type(header);
@@ -431,9 +470,12 @@ RawImage read_nrrd_header(const std::filesystem::path& path) {
         if (!(size >= 1) || size != std::floor(size) || size > 9e15)
             header.refuse("'sizes' has a value that is not a size");
     }
-    read_geometry(header, sizes, image);
+    const std::optional<std::size_t> volumes = read_geometry(header, sizes, image);
     read_data_location(header, image);
-    image.labels = segments(header);
+    const double count = volumes ? sizes[*volumes] : 1;
+    if (volumes) image.volume_names = describe_layers(header, count);
+    choose_volume(image, count, volume);
+    image.labels = segments(header, image.volume);
 
     const bool bytes = image.type == StoredType::uint8 || image.type == StoredType::int8;
     const std::string endian = bytes ? "little" : to_lower(header.require("endian"));

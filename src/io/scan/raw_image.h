@@ -27,21 +27,24 @@ struct RawImage {
     /// Bytes before the (compressed) data in each file. No value: the data are at the end of the file.
     std::optional<std::int64_t> file_offset = 0;
     std::int64_t data_offset = 0;  ///< bytes before the samples, after decompression
-    std::int64_t volumes = 1;      ///< number of volumes, one after the other
+    std::int64_t volumes = 1;      ///< number of volumes
     std::int64_t volume = 0;       ///< index of the volume to read
-    Rescale rescale;               ///< to apply while reading
-    Rescale kept;                  ///< to leave to the volume; the other one is then the identity
-    LabelTable labels;             ///< the names and colours of segments
+    /// Whether the samples of all volumes at one place follow each other; else the volumes do.
+    bool interleaved = false;
+    std::vector<std::string> volume_names;  ///< what distinguishes the volumes, if that is known
+    Rescale rescale;                        ///< to apply while reading
+    Rescale kept;                           ///< to leave to the volume; the other one is then the identity
+    LabelTable labels;                      ///< the names and colours of segments
     std::vector<std::string> warnings;
 };
 
 /// Each reads the header of a format. `volume` is the index of the volume, for files with several.
 /// \throw IoError; InputError; GeometryError there are several volumes and no index
 RawImage read_nifti_header(const std::filesystem::path& path, std::optional<std::int64_t> volume);
-RawImage read_nrrd_header(const std::filesystem::path& path);
+RawImage read_nrrd_header(const std::filesystem::path& path, std::optional<std::int64_t> volume);
 RawImage read_metaimage_header(const std::filesystem::path& path, std::optional<std::int64_t> volume);
 
-/// Selects one of `count` volumes that follow one another; all other members of `image` are set already.
+/// Selects one of `count` volumes; all other members of `image` are set already.
 /// \throw InputError; GeometryError there are several volumes and no index
 void choose_volume(RawImage& image, double count, std::optional<std::int64_t> volume);
 

@@ -10,7 +10,7 @@ export async function startOffline(): Promise<void> {
   // once more as soon as the worker has taken over, unless a scan is open or on its way.
   await navigator.serviceWorker.ready;
   if (navigator.serviceWorker.controller === null) await new Promise((resolve) => navigator.serviceWorker.addEventListener('controllerchange', resolve, { once: true }));
-  const again = 'marrow-isolated';
+  const again = `marrow-isolated ${registration.scope}`; // another folder of the site may have a page of its own
   const isUsed = isOpening() || document.body.classList.contains('open') || document.querySelector('.banner');
   if (isUsed || sessionStorage.getItem(again)) return;
   sessionStorage.setItem(again, 'tried');

@@ -14,8 +14,8 @@ const CACHE = `${MINE}${VERSION}`;
 
 // A newer worker waits until all pages of this one are closed: they load some of its files only when needed.
 worker.addEventListener('install', (event) => {
-  // The browser's own cache may still have files of the version before under the same names.
-  const newest = FILES.map((file) => new Request(file, { cache: 'reload' }));
+  // The browser's own cache may still have the page of the version before. The other names change with what is in the files.
+  const newest = FILES.map((file) => new Request(file, { cache: file.startsWith('assets/') ? 'default' : 'reload' }));
   event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(newest)));
 });
 

@@ -264,9 +264,38 @@ describe('other input', () => {
       await settled(page);
     }
     assert.deepEqual(await page.locator('.label-list .name').allTextContents(), ['label-1', 'label-2']);
+    assert.match(await text(page, '.banner.note p'), /is ignored: .*README\.txt.*line 1/);
     assert.equal(await page.locator('.banner.error').count(), 0);
     await openFiles(page, ['described.nrrd', 'README.txt'].map((file) => join(folder, 'described', file)));
     assert.match(await errorText(page), /README\.txt/);
+  });
+
+  test('a table of some labels leaves the others the names and colours of their segments', async (t) => {
+    const page = await openPage(t, browser, await served(t));
+    const segments = [['liver', '1 0 0'], ['spleen', '0 0 1']].map(([name, colour], i) =>
+      `Segment${i}_LabelValue:=${i + 1}\nSegment${i}_Name:=${name}\nSegment${i}_Color:=${colour}\n`).join('');
+    const folder = await openBytes(t, page, 'halves.seg.nrrd', labelNrrd(segments));
+    await settled(page);
+    writeFileSync(join(folder, 'names.txt'), '1 hepar\n');
+    await page.setInputFiles('#table-input', join(folder, 'names.txt'));
+    await page.waitForFunction(() => document.querySelector('.label-list .name').textContent === 'hepar');
+    assert.deepEqual(await page.locator('.label-list .name').allTextContents(), ['hepar', 'spleen']);
+    assert.match(await assertSameBytes(page, folder, 'glb'), /--labels names\.txt/);
+  });
+
+  test('a lack of memory is an error, also while the table beside a map is read', async (t) => {
+    const page = await openPage(t, browser, await served(t)), folder = temporaryFolder(t);
+    await page.evaluate(() => {
+      const { postMessage } = Worker.prototype;
+      Worker.prototype.postMessage = function (message, ...more) {
+        if (message.name === 'labelTable') this.onmessage({ data: { id: message.id, error: { message: 'not enough memory for this input', code: 3 } } });
+        else postMessage.call(this, message, ...more);
+      };
+    });
+    writeFileSync(join(folder, 'map.nrrd'), labelNrrd());
+    writeFileSync(join(folder, 'README.txt'), '1 left\n');
+    await page.setInputFiles('#folder-input', folder);
+    assert.match(await errorText(page), /not enough memory/);
   });
 
   test('a label map has a surface for each label', async (t) => {

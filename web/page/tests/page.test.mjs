@@ -1,5 +1,6 @@
 // The page in a real browser: without a network, without help of its server, and for everybody.
 import assert from 'node:assert/strict';
+import { subscribe, unsubscribe } from 'node:diagnostics_channel';
 import { cpSync, readFileSync, rmSync, utimesSync, writeFileSync } from 'node:fs';
 import { createServer, request } from 'node:http';
 import { createRequire } from 'node:module';
@@ -51,8 +52,30 @@ describe('the page', () => {
   });
 
   test('isolates itself on a server that does not, to use threads', async (t) => {
-    const page = await openPage(t, browser, await served(t, { isolated: false }), { serviceWorkers: 'allow' });
+    const site = temporaryFolder(t), names = ['marrow', 'marrow-next'];
+    for (const name of names) cpSync(built, join(site, name), { recursive: true });
+    const server = await serve(site, { isolated: false });
+    t.after(() => server.close());
+    const page = await openPage(t, browser, `${server.url}marrow/`, { serviceWorkers: 'allow' });
     await page.waitForFunction(() => crossOriginIsolated, null, { timeout: 30_000 });
+    await page.goto(`${server.url}marrow-next/`); // another copy, in the same tab
+    await page.waitForFunction(() => crossOriginIsolated, null, { timeout: 30_000 });
+  });
+
+  test('downloads no file of the first visit again to keep it', async (t) => {
+    const server = await serve(built, { caching: 'max-age=600' }), asked = [];
+    t.after(() => server.close());
+    const note = ({ request: { url } }) => asked.push(url);
+    subscribe('http.server.request.start', note);
+    t.after(() => unsubscribe('http.server.request.start', note));
+    const page = await openPage(t, browser, server.url, { serviceWorkers: 'allow', startWorker: false });
+    await openBytes(t, page, 'ball.nii', niftiBall());
+    await settled(page);
+    await page.evaluate(() => window.startWorker());
+    await page.waitForFunction(() => navigator.serviceWorker.controller);
+    const assets = asked.filter((path) => path.startsWith('/assets/'));
+    assert.ok(assets.length > 5);
+    assert.deepEqual(assets.filter((path, i) => assets.indexOf(path) !== i), []);
   });
 
   test('keeps its files while a newer version is served, until it is closed', async (t) => {

@@ -63,10 +63,10 @@ export function niftiVolumes() {
 
 export const niftiBallGz = () => gzipSync(niftiBall());
 
-/** NRRD with samples of 1 mm. */
-export function nrrd(type, dims, samples) {
+/** NRRD with samples of 1 mm. `more` lines may follow the header's own. */
+export function nrrd(type, dims, samples, more = '') {
   const header = `NRRD0005\ntype: ${type}\ndimension: 3\nsizes: ${dims.join(' ')}\nspace: left-posterior-superior\n` +
-    'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nendian: little\nencoding: raw\n\n';
+    'space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nendian: little\nencoding: raw\n' + `${more}\n`;
   return Buffer.concat([Buffer.from(header), Buffer.from(samples.buffer)]);
 }
 
@@ -77,8 +77,8 @@ export function cubeNrrd(type, Samples, outside, inside) {
   return nrrd(type, [n, n, n], Samples.from({ length: n ** 3 }, (_, i) => (at(i) ? inside : outside)));
 }
 
-/** NRRD of a label map with the halves of a ball. */
-export function labelNrrd() {
+/** NRRD of a label map with the halves of a ball; `segments` are the lines of 3D Slicer about them. */
+export function labelNrrd(segments) {
   const { n, samples } = ball();
-  return nrrd('uint8', [n, n, n], Uint8Array.from(samples, (v, at) => (v < 225.5 ? 0 : at % n < 24 ? 1 : 2)));
+  return nrrd('uint8', [n, n, n], Uint8Array.from(samples, (v, at) => (v < 225.5 ? 0 : at % n < 24 ? 1 : 2)), segments);
 }

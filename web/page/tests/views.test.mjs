@@ -239,6 +239,7 @@ describe('the views', () => {
       window.loss.loseContext();
     });
     assert.match(await page.waitForSelector('.missing').then((missing) => missing.textContent()), /lost the graphics card/);
+    await page.click('[data-view="surface"] .enlarge', { trial: true }); // which nothing may cover
     await page.click('#picture');
     assert.match(await errorText(page), /lost the graphics card/);
     await page.click('.banner.error button');

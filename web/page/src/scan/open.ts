@@ -52,8 +52,13 @@ async function open(store: Store, files: ScanFile[], own: AbortController): Prom
     await choose(store, input, undefined, error.message, own);
   }
   if (!table || store.state.input?.files !== input || !store.state.asLabels) return;
-  const inFolder = pathOf(table).includes('/'); // where the user did not choose it, and it may be about something else
-  await openTable(store, table).catch((error) => { if (!inFolder) throw error; });
+  const parts = pathOf(table).split('/');
+  await openTable(store, table).catch((error) => {
+    own.signal.throwIfAborted();
+    // In a folder, the user did not choose it, and it may be about something else. Only errors of the table name its file.
+    if (parts.length === 1 || !(error instanceof MarrowError && error.message.includes(parts.at(-1)!))) throw error;
+    showBanner('note', `The text beside the map is ignored: ${messageOf(error)}`);
+  });
 }
 
 /** Lets the user choose another series of the files that are open. */

@@ -164,8 +164,8 @@ export class SurfaceView {
     this.updateLook();
   }
 
-  /** The surfaces but those of hidden labels. */
-  private get visible(): Shown[] { return this.shown.filter(({ label }) => label === undefined || !this.store.state.hidden.has(label)); }
+  /** Whether the label of a surface is hidden. */
+  private hides({ label }: Shown): boolean { return label !== undefined && this.store.state.hidden.has(label); }
 
   private updateLook(): void {
     const { colour, opacity, asLabels } = this.store.state;
@@ -263,8 +263,7 @@ export class SurfaceView {
   }
 
   private drawScene(coarse = false): void {
-    for (const { object } of this.shown) object.visible = false;
-    for (const { object } of this.visible) object.visible = !coarse;
+    for (const shown of this.shown) shown.object.visible = !coarse && !this.hides(shown);
     if (this.preview) this.preview.object.visible = coarse;
     const distance = this.camera.position.distanceTo(this.centre);
     this.camera.near = Math.max(distance - 1.5 * this.radius, distance / 1000, 1e-3);
@@ -304,7 +303,8 @@ export class SurfaceView {
     ray.setFromCamera(new THREE.Vector2(x, y), this.camera);
     const origin = ray.ray.origin.toArray() as Vec3, direction = ray.ray.direction.toArray() as Vec3;
     let nearest = Infinity;
-    for (const { points, triangles } of this.visible) nearest = Math.min(nearest, pickTriangle(points, triangles, origin, direction));
+    for (const shown of this.shown)
+      if (!this.hides(shown)) nearest = Math.min(nearest, pickTriangle(shown.points, shown.triangles, origin, direction));
     return Number.isFinite(nearest) ? ray.ray.at(nearest, new THREE.Vector3()).toArray() as Vec3 : undefined;
   }
 
