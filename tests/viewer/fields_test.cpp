@@ -20,8 +20,17 @@ class Fields : public BallViewer {
     void press(int key, char text = 0) {
         QApplication::setActiveWindow(window.get());
         QWidget* focus = QApplication::focusWidget();
-        QTest::sendKeyEvent(QTest::Click, focus ? focus : window.get(), Qt::Key(key),
-                            text ? QString(QChar(text)) : QString(), Qt::NoModifier);
+        const QString typed = text ? QString(QChar(text)) : QString();
+        QTest::sendKeyEvent(QTest::Press, focus ? focus : window.get(), Qt::Key(key), typed, Qt::NoModifier);
+        focus = QApplication::focusWidget();  // the key may have moved the keyboard
+        QTest::sendKeyEvent(QTest::Release, focus ? focus : window.get(), Qt::Key(key), typed,
+                            Qt::NoModifier);
+    }
+    static void turn_wheel_over(QWidget* field) {
+        const QPoint at = field->rect().center();
+        QWheelEvent up(at, field->mapToGlobal(at), {}, {0, 120}, Qt::NoButton, Qt::NoModifier,
+                       Qt::NoScrollPhase, false);
+        QApplication::sendEvent(field, &up);
     }
     // Holds a key down, which repeats it.
     static void hold(QWidget* field, int key) {
@@ -86,17 +95,11 @@ TEST_F(Fields, TheIsovalueMayHaveAnExponent) {
 TEST_F(Fields, TheWheelChangesOnlyAFieldThatHasTheKeyboard) {
     auto* components = window->findChild<QSpinBox*>("components");
     ASSERT_TRUE(components);
-    const auto turn = [&] {
-        const QPoint at = components->rect().center();
-        QWheelEvent up(at, components->mapToGlobal(at), {}, {0, 120}, Qt::NoButton, Qt::NoModifier,
-                       Qt::NoScrollPhase, false);
-        QApplication::sendEvent(components, &up);
-    };
     give_keyboard_to(view());
-    turn();
+    turn_wheel_over(components);
     EXPECT_EQ(session().parameters().components, 0);
     give_keyboard_to(components);
-    turn();
+    turn_wheel_over(components);
     EXPECT_EQ(session().parameters().components, 1);
 }
 
@@ -227,6 +230,30 @@ TEST_F(Fields, EachKeyAndEachTypedValueIsAStepOfUndo) {
     EXPECT_EQ(session().current()->opacity, 0.99);
     session().undo_stack().undo();
     EXPECT_EQ(session().current()->opacity, 1);
+}
+
+// Neither the wheel nor a key of the histogram, and no other field.
+TEST_F(Fields, NothingJoinsTheStepOfATypedValue) {
+    for (const auto& [typed, next] : {std::pair{"isovalue", "isovalue"},
+                                      {"isovalue", "histogram"},
+                                      {"smooth", "smooth"},
+                                      {"crop_x0", "crop_x0"},
+                                      {"crop_x0", "crop_y0"}}) {
+        auto* field = window->findChild<QAbstractSpinBox*>(typed);
+        auto* other = window->findChild<QWidget*>(next);
+        ASSERT_TRUE(field && other) << next;
+        give_keyboard_to(field);
+        field->selectAll();
+        type("9");
+        press(Qt::Key_Return);
+        const int steps = session().undo_stack().index();
+        give_keyboard_to(other);
+        field == other || other->inherits("QSpinBox") ? turn_wheel_over(other) : press(Qt::Key_Right);
+        EXPECT_EQ(session().undo_stack().index(), steps + 1) << typed << ", " << next;
+        session().undo_stack().undo();
+        EXPECT_EQ(field->property("value").toDouble(), 9) << typed << ", " << next;
+        session().undo_stack().undo();
+    }
 }
 
 TEST_F(Fields, AKeyIsOneStepOfUndoWhileItIsHeld) {

@@ -8,6 +8,7 @@
 #include <QDialog>
 #include <QMessageBox>
 #include <QMimeData>
+#include <QSignalSpy>
 #include <QSpinBox>
 #include <QTableWidget>
 #include <QTextDocument>
@@ -431,6 +432,17 @@ TEST_F(BallViewer, ShowsWhyAFileCannotBeWritten) {
     EXPECT_NE(window->banner().indexOf("nowhere"), -1) << window->banner().toStdString();
 }
 
+TEST_F(BallViewer, RemembersTheFolderOfARelativeName) {
+    const QString before = QDir::currentPath();
+    ASSERT_TRUE(QDir::setCurrent(folder.path().c_str()));
+    window->write({{session().parameters().current, "ball.stl"}}, Space::LPS);
+    ASSERT_TRUE(wait([&] { return !window->busy(); }));
+    QDir::setCurrent(before);
+    window->findChild<QAction*>("frames")->trigger();
+    auto* dialog = window->findChild<viewer::ScreenshotDialog*>("screenshot_dialog");
+    EXPECT_EQ(dialog->findChild<QLineEdit*>("file")->text().toStdString(), folder.path());
+}
+
 TEST_F(BallViewer, ClosesAfterAnExportThatNeedsNoWords) {
     const auto write = [&](const std::filesystem::path& file, bool close) {
         window->write({{session().parameters().current, file}}, Space::LPS);
@@ -486,6 +498,10 @@ TEST_F(BallViewer, StopsLoading) {
     write_nrrd(folder / "large.nrrd", 200, 200, 200, [](int x, int y, int z) { return x ^ y ^ z; });
     window->open(folder / "large.nrrd");
     EXPECT_TRUE(window->busy());
+    // A picture that need not wait leaves the progress alone.
+    key(Qt::Key_C, Qt::ControlModifier);
+    const QString progress = window->findChild<QLabel*>("facts")->text();
+    EXPECT_TRUE(progress.startsWith("Opening")) << progress.toStdString();
     key(Qt::Key_Escape);
     EXPECT_FALSE(window->busy());
     QTest::qWait(300);
@@ -519,10 +535,10 @@ TEST_F(BallViewer, SaysWhichOfSeveralDroppedFilesIsOpen) {
          {QUrl::fromLocalFile((folder / "dropped.nrrd").c_str()), QUrl::fromLocalFile(scan.c_str())});
     ASSERT_TRUE(wait([&] { return session().scan() != before; }));
     EXPECT_EQ(session().scan()->volume.geometry().dims[0], 20);
-    for (const char* part : {"2 files", "dropped.nrrd", "folder"})
+    for (const char* part : {"2 items", "dropped.nrrd", "folder"})
         EXPECT_TRUE(window->banner().contains(part)) << window->banner().toStdString();
     ASSERT_TRUE(open(scan));
-    EXPECT_FALSE(window->banner().contains("2 files")) << window->banner().toStdString();
+    EXPECT_FALSE(window->banner().contains("2 items")) << window->banner().toStdString();
 }
 
 // Names may look like HTML.
@@ -762,11 +778,15 @@ TEST_F(Questions, AskWhichSeries) {
         slice.text(0x0008103e, "LO", "thin slices");
     });
     write_half_bright(input.path(), "1.2.4", 6);
+    write_half_bright(input.path(), "1.2.5", 1, [](DicomWriter& image, int) {
+        image.pixels(64, 64, std::vector<std::int16_t>(64 * 64));
+    });
     auto* dialog = question<viewer::SeriesDialog>(input.path(), "series_dialog");
     ASSERT_TRUE(dialog);
     auto* table = dialog->findChild<QTableWidget*>("series");
-    ASSERT_EQ(table->rowCount(), 2);
-    const int seven = table->item(0, 1)->text() == "7" ? 0 : 1;
+    ASSERT_EQ(table->rowCount(), 3);
+    int seven = 0;
+    while (seven < 2 && table->item(seven, 1)->text() != "7") ++seven;
     const auto cell = [&](int column) { return table->item(seven, column)->text(); };
     EXPECT_EQ(cell(2), "thin slices");
     EXPECT_EQ(cell(3), "2005-07-26");
@@ -776,7 +796,7 @@ TEST_F(Questions, AskWhichSeries) {
     const QImage picture = table->item(seven, 0)->icon().pixmap(72, 72).toImage();
     EXPECT_GT(qGray(picture.pixel(18, 36)), 200);
     EXPECT_LT(qGray(picture.pixel(54, 36)), 50);
-    ASSERT_TRUE(accept(dialog));  // the larger one is preselected
+    ASSERT_TRUE(accept(dialog));  // the larger volume is preselected
     EXPECT_EQ(session().scan()->volume.geometry().dims[2], 6);
     EXPECT_TRUE(window->command().contains("--series 1.2.4")) << window->command().toStdString();
 }
@@ -912,6 +932,19 @@ TEST_F(Questions, AskForTheSpacingThatASeriesLacks) {
     write_half_bright(single.path(), "1.2.5", 1, spaced);
     before = session().scan();
     window->open(single.path());
+    open_with_2_mm_between_slices();
+    // Only some of many spacings are tried at once.
+    for (int i = 1; i < 9; ++i)
+        write_half_bright(single.path(), "1.2." + std::to_string(i), 1, [&](DicomWriter& slice, int) {
+            slice.spacing(i == 8 ? "0.5\\0.25" : std::to_string(i) + "\\1");
+        });
+    dialog = question<viewer::SeriesDialog>(single.path(), "series_dialog");
+    ASSERT_TRUE(dialog);
+    auto* table = dialog->findChild<QTableWidget*>("series");
+    ASSERT_EQ(table->rowCount(), 8);
+    for (int row = 0; row < 8; ++row) EXPECT_TRUE(table->item(row, 1)->flags() & Qt::ItemIsSelectable) << row;
+    QTest::keyClick(dialog, Qt::Key_Escape);
+    window->open(single / "1.2.8-0");
     open_with_2_mm_between_slices();
 }
 
@@ -1049,9 +1082,14 @@ TEST_F(BallViewer, PicturesWaitForFullResolution) {
     key(Qt::Key_C, Qt::ControlModifier);
     EXPECT_TRUE(window->busy());
     EXPECT_TRUE(window->findChild<QToolButton*>("cancel")->isVisible());
+    // At once, because another program may write to the clipboard.
+    QImage copied;
+    QObject::connect(view()->findChild<viewer::Pictures*>(), &viewer::Pictures::finished, [&] {
+        copied = QApplication::clipboard()->image().convertToFormat(QImage::Format_RGB32);
+    });
     ASSERT_TRUE(wait([&] { return !window->busy(); }));
     EXPECT_EQ(window->banner(), "Copied the 3D view.");
-    const QImage copied = QApplication::clipboard()->image().convertToFormat(QImage::Format_RGB32);
+    ASSERT_FALSE(copied.isNull());
     ASSERT_TRUE(settle());
     const QImage late = view()->screenshot(copied.size()).convertToFormat(QImage::Format_RGB32);
     int different = 0;
@@ -1063,15 +1101,38 @@ TEST_F(BallViewer, PicturesWaitForFullResolution) {
 }
 
 TEST_F(BallViewer, APictureThatWaitsCanBeCancelled) {
-    QApplication::clipboard()->setText("before");
     session().set_isovalue(600);
     key(Qt::Key_C, Qt::ControlModifier);
     EXPECT_TRUE(window->busy());
+    QSignalSpy finished(view()->findChild<viewer::Pictures*>(), &viewer::Pictures::finished);
     key(Qt::Key_Escape);
     EXPECT_FALSE(window->busy());
     EXPECT_TRUE(window->banner().startsWith("Cancelled")) << window->banner().toStdString();
     ASSERT_TRUE(settle());
-    EXPECT_EQ(QApplication::clipboard()->text(), "before");
+    ASSERT_EQ(finished.count(), 1);
+    EXPECT_EQ(finished[0], (QVariantList{0, QString()}));
+    // The window does not wait for one, either.
+    session().set_isovalue(500);
+    key(Qt::Key_C, Qt::ControlModifier);
+    EXPECT_TRUE(window->busy());
+    window->close();
+    EXPECT_FALSE(window->isVisible());
+}
+
+TEST_F(BallViewer, TheViewFitsTheFirstSurfaceAfterAPictureOfNone) {
+    const auto empty =
+        QObject::connect(&session(), &viewer::Session::scan_changed, [&] { session().set_isovalue(1e6); });
+    ASSERT_TRUE(open(scan));
+    QObject::disconnect(empty);
+    const viewer::CameraState before = view()->camera();
+    key(Qt::Key_C, Qt::ControlModifier);
+    ASSERT_TRUE(settle());
+    session().set_isovalue(0);
+    ASSERT_TRUE(settle());
+    const viewer::CameraState fitted = view()->camera();
+    EXPECT_NE(fitted.position, before.position);
+    view()->reset_view();
+    EXPECT_LT(distance(view()->camera().position, fitted.position), 1e-6);
 }
 
 TEST_F(BallViewer, TheLightThemeIsForTheWholeWindow) {

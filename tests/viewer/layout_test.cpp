@@ -64,6 +64,8 @@ TEST_F(ViewerTest, FullScreenIsRemembered) {
     EXPECT_TRUE(full_screen->isChecked());
     full_screen->trigger();
     EXPECT_FALSE(window->isFullScreen());
+    window->setWindowState(Qt::WindowFullScreen);  // as a window manager does
+    EXPECT_TRUE(full_screen->isChecked());
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <new>
 #include <optional>
 #include <set>
@@ -33,23 +34,30 @@ std::optional<ScanReport> inspect(const fs::path& input, const ScanOptions& opti
     }
 }
 
-// Spacings with which series may be read that do not state all of theirs. They agree with what is stated.
-std::set<Vec3d> spacings_to_try(const ScanReport& report) {
-    std::set<Vec3d> spacings;
-    for (const SeriesReport& series : report.series) {
-        Vec3d mm = series.series.spacing;
-        std::replace(mm.begin(), mm.end(), 0.0, 1.0);
-        if (series.refusal && mm != series.series.spacing) spacings.insert(mm);
-    }
-    return spacings;
+// A spacing with which a series may be read that does not state all of its own. It agrees with what is known.
+std::optional<Vec3d> spacing_to_try(const SeriesReport& series) {
+    Vec3d mm = series.series.spacing;
+    std::replace(mm.begin(), mm.end(), 0.0, 1.0);
+    return series.refusal && mm != series.series.spacing ? std::optional(mm) : std::nullopt;
 }
 
-// What the user could decide so that an input can be read, which it cannot be with these options.
-std::optional<OpenQuestion> question_about(const fs::path& input, const ScanOptions& options) {
+// What the user could decide so that an input can be read, which it cannot be with these options. Progress
+// goes on from the fraction `begin`.
+std::optional<OpenQuestion> question_about(const fs::path& input, const ScanOptions& options, double begin) {
     using About = OpenQuestion::About;
+    // Each look at the input may read the headers of thousands of files.
+    constexpr std::size_t kMostSpacings = 3;
+    constexpr double kMostLooks = kMostSpacings + 2;
+    double looks = 0;
+    const auto look = [&](ScanOptions tried) {
+        tried.progress = [&, done = looks++](double fraction) {
+            return options.progress(std::lerp(begin, 1, (done + fraction) / kMostLooks));
+        };
+        return inspect(input, tried);
+    };
     ScanOptions first = options;
     if (!options.volume) first.volume = 0;
-    const std::optional<ScanReport> report = inspect(input, first);
+    const std::optional<ScanReport> report = look(first);
     if (!report) return {};
     OpenQuestion question{About::series, input, options, *report, std::vector<bool>(report->series.size())};
     // Whether a decision about this is the next one: only one series is meant, and it can be read then.
@@ -65,23 +73,28 @@ std::optional<OpenQuestion> question_about(const fs::path& input, const ScanOpti
         return true;
     };
     if (is_next(About::series, report)) return question;  // for one of its volumes
-    if (!options.spacing) {
-        ScanOptions spaced = first;
-        for (const Vec3d& mm : spacings_to_try(*report)) {
-            spaced.spacing = mm;
-            if (is_next(About::spacing, inspect(input, spaced))) return question;
+    // The report gives the refusal of a series as its reason if no other series is meant.
+    const auto is_meant = [&](const SeriesReport& series) { return series.refusal == report->reason; };
+    const bool one_is_meant = std::any_of(report->series.begin(), report->series.end(), is_meant);
+    std::vector<bool>& readable = question.readable;
+    std::set<Vec3d> spacings;
+    for (std::size_t i = 0; !options.spacing && i < report->series.size(); ++i) {
+        const std::optional<Vec3d> mm = spacing_to_try(report->series[i]);
+        if (!mm || spacings.contains(*mm) || (one_is_meant && !is_meant(report->series[i]))) continue;
+        if (spacings.size() == kMostSpacings) {
+            readable[i] = true;  // If it is not, the user sees why after choosing it.
+            continue;
         }
+        spacings.insert(*mm);
+        ScanOptions spaced = first;
+        spaced.spacing = *mm;
+        if (is_next(About::spacing, look(spaced))) return question;
     }
-    const std::vector<bool>& readable = question.readable;
     if (!options.resample && std::find(readable.begin(), readable.end(), false) != readable.end()) {
         ScanOptions even = first;
         even.resample = true;
-        if (is_next(About::uneven_slices, inspect(input, even))) return question;
+        if (is_next(About::uneven_slices, look(even))) return question;
     }
-    // The report gives the refusal of a series as its reason if no other series is meant.
-    const bool one_is_meant =
-        std::any_of(report->series.begin(), report->series.end(),
-                    [&](const SeriesReport& series) { return series.refusal == report->reason; });
     const bool any = std::find(readable.begin(), readable.end(), true) != readable.end();
     return any && !one_is_meant ? std::optional(question) : std::nullopt;
 }
@@ -116,8 +129,10 @@ void Loader::open(const fs::path& input, const ScanOptions& options) {
     worker_.forget(kLoading);
     worker_.post(kLoading, [=, this](const Progress& job_progress) {
         auto last_report = std::chrono::steady_clock::now();
+        double done = 0;
         ScanOptions watched = options;
         watched.progress = [&](double fraction) {
+            done = fraction;
             const auto now = std::chrono::steady_clock::now();
             if (now - last_report > std::chrono::milliseconds(30)) {
                 last_report = now;
@@ -137,7 +152,7 @@ void Loader::open(const fs::path& input, const ScanOptions& options) {
                 const std::shared_ptr<const Scan> scan = open_scan(input, watched);
                 end([=, this] { emit opened(input, scan, nullptr); });
             } catch (const GeometryError&) {
-                auto question = question_about(input, watched);
+                auto question = question_about(input, watched, done);
                 if (!question) throw;
                 question->options.progress = {};
                 end([=, this] { emit undecided(*question); }, std::current_exception());

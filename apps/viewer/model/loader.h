@@ -25,7 +25,7 @@ struct OpenQuestion {
     /// With these options; of a series with several volumes, about the one that they name, or the first. If
     /// only one series is meant, the report has no others.
     ScanReport report;
-    std::vector<bool> readable;  ///< which of its series can be read, perhaps after further questions
+    std::vector<bool> readable;  ///< which of its series can perhaps be read, after further questions
 };
 
 class Loader : public QObject {

@@ -52,7 +52,7 @@ class Surfaces : public QObject {
     std::shared_ptr<const Shape> preview(int id) const;
     /// The shape in full resolution; null while it does not match the parameters.
     std::shared_ptr<const Shape> exact(int id) const;
-    /// The visible surfaces that are not in full resolution yet. Pictures show no others.
+    /// The visible surfaces that are not in full resolution yet. Pictures wait for them.
     std::vector<int> unfinished() const;
     /// Why the requested surface could not be extracted, measured or checked; empty while nothing has failed.
     QString failure(int id) const;

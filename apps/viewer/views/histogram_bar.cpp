@@ -277,12 +277,8 @@ void HistogramBar::keyPressEvent(QKeyEvent* event) {
             break;
     }
     if (steps == 0 || !current) return QWidget::keyPressEvent(event);
-    session_.set_isovalue(on_grid(current->isovalue, steps));
-}
-
-void HistogramBar::keyReleaseEvent(QKeyEvent* event) {
     if (!event->isAutoRepeat()) session_.end_step();
-    QWidget::keyReleaseEvent(event);
+    session_.set_isovalue(on_grid(current->isovalue, steps));
 }
 
 }  // namespace marrow::viewer

@@ -31,6 +31,7 @@ class Pictures : public QObject {
     void start() { step(); }
     /// Stops and then emits `finished`. The pictures that are taken stay.
     void cancel() { end({}); }
+    int frames() const { return frames_; }
 
   signals:
     void waiting();  ///< for the surfaces

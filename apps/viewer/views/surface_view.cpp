@@ -373,8 +373,12 @@ CameraState SurfaceView::camera() const {
 
 void SurfaceView::set_camera(const CameraState& state) {
     set_camera_state(scene_->main->GetActiveCamera(), state);
-    fitted_ = true;  // the first surface must not reset it
     request_draw();
+}
+
+void SurfaceView::resume_camera(const CameraState& state) {
+    set_camera(state);
+    fitted_ = true;
 }
 
 void SurfaceView::look_from(Side side) {

@@ -31,6 +31,8 @@ class SurfaceView : public QVTKOpenGLNativeWidget {
     void reset_view();
     CameraState camera() const;
     void set_camera(const CameraState& state);
+    /// Sets the camera, and does not fit it to the first surface.
+    void resume_camera(const CameraState& state);
     void set_light_background(bool light);
     bool light_background() const { return light_; }
     void set_crosshair_visible(bool visible);

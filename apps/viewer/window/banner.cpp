@@ -32,6 +32,7 @@ Banner::Banner(QWidget* window, QWidget* area) : QFrame(window), window_(window)
 
 void Banner::show_message(const QString& message, Severity severity) {
     text_->setText(message);
+    severity_ = severity;
     constexpr std::array kKinds{"note", "information", "error"};
     setProperty("kind", QString(kKinds[static_cast<std::size_t>(severity)]));
     for (QWidget* styled : {static_cast<QWidget*>(this), static_cast<QWidget*>(text_)}) {
@@ -42,6 +43,10 @@ void Banner::show_message(const QString& message, Severity severity) {
     raise();
     reposition();
     severity == Severity::error ? timer_.stop() : timer_.start(severity == Severity::note ? 6000 : 15000);
+}
+
+void Banner::hide_unless_note() {
+    if (severity_ != Severity::note) hide();
 }
 
 void Banner::reposition() {

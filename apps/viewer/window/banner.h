@@ -17,6 +17,8 @@ class Banner : public QFrame {
     Banner(QWidget* window, QWidget* area);
 
     void show_message(const QString& message, Severity severity);
+    /// Hides what is about the scan or the attempt before. A note, such as that a file is saved, stays.
+    void hide_unless_note();
     /// The message; empty while the banner is hidden.
     QString message() const { return isHidden() ? QString() : text_->text(); }
     /// Adapts to the size of the window.
@@ -25,6 +27,7 @@ class Banner : public QFrame {
   private:
     QWidget *window_, *area_;
     QLabel* text_;
+    Severity severity_ = Severity::note;
     QTimer timer_;
 };
 

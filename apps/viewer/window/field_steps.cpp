@@ -15,8 +15,10 @@ bool FieldSteps::eventFilter(QObject*, QEvent* event) {
         case QEvent::KeyRelease:
             if (!static_cast<QKeyEvent*>(event)->isAutoRepeat()) session_.end_step();
             break;
+        case QEvent::MouseButtonPress:
         case QEvent::MouseButtonRelease:
-        case QEvent::FocusOut:  // when a field takes over its text
+        case QEvent::FocusIn:   // after another field has taken over its text
+        case QEvent::FocusOut:  // before this one does
             session_.end_step();
             break;
         default:

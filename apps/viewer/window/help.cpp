@@ -59,7 +59,7 @@ void show_keys(QWidget* parent) {
         {QObject::tr("Slice: arrow keys, page keys"), QObject::tr("one slice, ten slices")},
         {QObject::tr("Double click"), QObject::tr("show only this view, or all views again")},
         {QObject::tr("Drag an end of a measurement"), QObject::tr("move it")},
-        {QObject::tr("Delete in the list of measurements"), QObject::tr("remove the selected ones")},
+        {QObject::tr("Delete in the list of measurements"), QObject::tr("remove the selected one")},
         {QObject::tr("Histogram: drag, arrow and page keys"), QObject::tr("isovalue")},
         {QObject::tr("Histogram: wheel"), QObject::tr("zoom")}};
     QString text = "<table cellpadding='5'>";

@@ -151,7 +151,6 @@ void MainWindow::make_status_bar() {
 void MainWindow::restore_settings() {
     const QSettings settings;
     restoreGeometry(settings.value("geometry").toByteArray());
-    (*actions_)["full_screen"]->setChecked(isFullScreen());
     columns_->restoreState(settings.value("panel").toByteArray());
     views_->restore(settings.value("views").toMap());
     rows_->restoreState(settings.value("rows").toByteArray());
@@ -254,7 +253,7 @@ void MainWindow::connect_views() {
 
 void MainWindow::connect_loader() {
     connect(&loader_, &Loader::started, this, [this](const QString& name) {
-        banner_->hide();  // it may say why another input cannot be opened
+        banner_->hide_unless_note();
         show_progress(tr("Opening %1…").arg(name));
     });
     connect(&loader_, &Loader::progressed, this,
@@ -293,12 +292,12 @@ void MainWindow::connect_writer() {
 
 void MainWindow::show_opened(const fs::path& input, const std::shared_ptr<const Scan>& scan,
                              const std::shared_ptr<const SavedSession>& session) {
-    banner_->hide();
+    banner_->hide_unless_note();
     if (pictures_) pictures_->cancel();  // they would show the other scan
     session_.set_scan(scan);
     if (session) {
         session_.resume(session->parameters, session->crosshair);
-        if (session->camera) view_->set_camera(*session->camera);
+        if (session->camera) view_->resume_camera(*session->camera);
     }
     session_file_ = session ? input : fs::path();
     remember(input);
@@ -535,7 +534,7 @@ void MainWindow::dropEvent(QDropEvent* event) {
     const fs::path first = urls.front().toLocalFile().toStdString();
     QString remark;
     if (urls.size() > 1)
-        remark = tr("%1 files were dropped, and only one was opened: %2. A DICOM file stands for its series. "
+        remark = tr("%1 items were dropped. This one was opened: %2. A DICOM file stands for its series. "
                     "To open other slices, drop their folder.")
                      .arg(QString::number(urls.size()), from_path(first.filename()));
     open_instead(first, remark);
@@ -546,12 +545,18 @@ void MainWindow::resizeEvent(QResizeEvent* event) {
     banner_->reposition();
 }
 
+// The window manager may change the state, too.
+void MainWindow::changeEvent(QEvent* event) {
+    QMainWindow::changeEvent(event);
+    if (event->type() == QEvent::WindowStateChange) (*actions_)["full_screen"]->setChecked(isFullScreen());
+}
+
 void MainWindow::closeEvent(QCloseEvent* event) {
     fields_->accept();
     if (pictures_) {
-        pictures_->cancel();  // and say how far they came
-        event->ignore();
-        return;
+        const bool turntable = pictures_->frames() > 1;
+        pictures_->cancel();
+        if (turntable) return event->ignore();  // the window says how far it came
     }
     if (writer_.busy()) {
         close_when_written_ = true;

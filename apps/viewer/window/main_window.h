@@ -68,6 +68,7 @@ class MainWindow : public QMainWindow {
     void dropEvent(QDropEvent* event) override;
     void closeEvent(QCloseEvent* event) override;
     void resizeEvent(QResizeEvent* event) override;
+    void changeEvent(QEvent* event) override;
 
   private:
     void make_views();
@@ -100,6 +101,7 @@ class MainWindow : public QMainWindow {
     void remember(const std::filesystem::path& input);
     void fill_recent();
     void export_surface();
+    void remember_export_folder(const std::filesystem::path& file);
     void save_screenshot();
     void save_turntable();
     void start_turntable(int frames, const QSize& size, const QString& folder);

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <QDir>
+#include <QFileInfo>
 
 #include "main_window.h"
 #include "shared/output_checks.h"
@@ -34,11 +35,15 @@ void MainWindow::write(const std::vector<ExportFile>& files, Space space) {
                                      *session_.parameters().find(file.surface), *shape->mesh),
                        file.file});
     }
-    export_folder_ = QString::fromStdString(all.front().path.parent_path().string());
+    remember_export_folder(all.front().path);
     writer_.write(std::move(all), space,
                   {session_.shared_scan(), session_.parameters().crop, session_.parameters().open,
                    session_.parameters().topology, session_.parameters().refined(),
                    session_.parameters().colouring != Colouring::own});
+}
+
+void MainWindow::remember_export_folder(const fs::path& file) {
+    export_folder_ = QFileInfo(QString::fromStdString(file.string())).absolutePath();
 }
 
 void MainWindow::save_screenshot() {
@@ -55,7 +60,7 @@ void MainWindow::save_screenshot() {
                 1, dialog->image_size(),
                 [this, file](const QImage& picture, int) {
                     write_png(picture, file);
-                    export_folder_ = QString::fromStdString(file.parent_path().string());
+                    remember_export_folder(file);
                 },
                 tr("Wrote %1.").arg(dialog->file()));
         } catch (const std::exception& error) {
@@ -94,15 +99,19 @@ void MainWindow::start_turntable(int frames, const QSize& size, const QString& f
 
 void MainWindow::take_pictures(int frames, const QSize& size, const Pictures::Use& use, const QString& done) {
     pictures_ = new Pictures(*view_, surfaces_, frames, size, use);
-    connect(pictures_, &Pictures::waiting, this,
-            [this] { show_progress(tr("Making the surfaces in full resolution…")); });
+    // A picture that does not wait leaves the progress of other work alone.
+    const auto progress_shown = std::make_shared<bool>(frames > 1);
+    connect(pictures_, &Pictures::waiting, this, [=, this] {
+        *progress_shown = true;
+        show_progress(tr("Making the surfaces in full resolution…"));
+    });
     connect(pictures_, &Pictures::progressed, this, [this, frames](int taken) {
         facts_->setText(tr("Image %1 of %2").arg(taken).arg(frames));
         progress_->setValue(1000 * taken / frames);
     });
-    connect(pictures_, &Pictures::finished, this, [this, frames, done](int taken, const QString& error) {
+    connect(pictures_, &Pictures::finished, this, [=, this](int taken, const QString& error) {
         pictures_ = nullptr;
-        hide_progress();
+        if (*progress_shown) hide_progress();
         if (!error.isEmpty())
             banner_->show_message(error, Severity::error);
         else if (taken == frames)

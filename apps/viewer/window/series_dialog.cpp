@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
+#include <tuple>
 
 #include <QHBoxLayout>
 #include <QHeaderView>
@@ -73,15 +73,15 @@ QString tool_tip(const QString& text) {
     return text.isEmpty() ? text : Qt::convertFromPlainText(text, Qt::WhiteSpaceNormal);
 }
 
-// The largest series that can be read, images before segmentations; -1: none.
+// The largest series that can be read: images before segmentations, volumes before single images. -1: none.
 int proposal(const OpenQuestion& question) {
     int best = -1;
-    std::pair<bool, double> most{false, -1};
+    std::tuple<bool, bool, double> most{false, false, -1};
     for (std::size_t i = 0; i < question.report.series.size(); ++i) {
         const SeriesInfo& info = question.report.series[i].series;
         const auto [nx, ny, nz] = info.dims;
-        const std::pair size{info.modality != "SEG",
-                             static_cast<double>(nx) * static_cast<double>(ny) * static_cast<double>(nz)};
+        const std::tuple size{info.modality != "SEG", nz > 1,
+                              static_cast<double>(nx) * static_cast<double>(ny) * static_cast<double>(nz)};
         if (question.readable[i] && size > most) most = size, best = static_cast<int>(i);
     }
     return best;

@@ -42,10 +42,10 @@ struct FileOptions {
 
 [[noreturn]] void throw_empty(const Geometry& geometry, const FileOptions& options,
                               std::int64_t non_finite_samples) {
+    if (!options.closed && *std::min_element(geometry.dims.begin(), geometry.dims.end()) < 2)
+        throw EmptySurface("an open surface needs at least 2 samples along each axis: give closed=True");
     if (non_finite_samples == geometry.sample_count())
         throw EmptySurface("the volume has no finite sample, so there is no surface");
-    if (!options.closed && *std::min_element(geometry.dims.begin(), geometry.dims.end()) == 1)
-        throw EmptySurface("an open surface needs at least 2 samples along each axis: give closed=True");
     throw EmptySurface(
         fmt::format("no surface at isovalue {}: all finite samples are on one side of it", options.isovalue));
 }
