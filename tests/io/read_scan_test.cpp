@@ -108,7 +108,8 @@ TEST(ReadNrrd, HasTheNamesAndColoursOfSegments) {
     TemporaryFolder folder;
     const std::string keys =
         "Segment1_Name:=left: kidney\r\nSegment1_LabelValue:=7\r\nSegment1_Color:=1 0.5 0\r\n"
-        "Segment0_LabelValue:=2\nSegment0_Color:=1 2 3\nSegment0_ID:=x\nSegment2_LabelValue:=none\n";
+        "Segment0_LabelValue:=2\nSegment0_Color:=1 2 3\nSegment0_ID:=x\nSegment2_LabelValue:=none\n"
+        "Segment0_Layer:=1\n";  // as if other layers had been left out
     const std::string space = "space: left-posterior-superior\n";
     const fs::path map =
         write_file(folder / "n.seg.nrrd", nrrd(space + "space directions: (1,0,0) (0,1,0) (0,0,1)\n" + keys) +

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include <marrow/error.h>
 
@@ -227,20 +228,38 @@ std::optional<std::array<double, 3>> colour(std::string_view text) {
 }
 
 // The segments that 3D Slicer describes by keys: Segment0_LabelValue, Segment0_Name, Segment0_Color. Those
-// that overlap are in several layers: Segment0_Layer.
-LabelTable segments(const Header& header, std::int64_t layer) {
+// that overlap are in several layers, if the file has these: Segment0_Layer.
+std::map<std::int64_t, LabelTable> segments_by_layer(const Header& header, bool has_layers) {
     constexpr std::string_view kBegin = "Segment", kEnd = "_LabelValue";
     const auto text = [&](const std::string& key) {
         const auto at = header.keys.find(key);
         return at == header.keys.end() ? std::string() : at->second;
     };
-    LabelTable out;
+    std::map<std::int64_t, LabelTable> layers;
     for (const auto& [key, value] : header.keys) {
         if (!key.starts_with(kBegin) || !key.ends_with(kEnd)) continue;
         const std::string segment = key.substr(0, key.size() - kEnd.size());
         const auto label = parse_integer(value);
-        if (label && parse_integer(text(segment + "_Layer")).value_or(0) == layer)
-            out.emplace(*label, LabelEntry{text(segment + "_Name"), colour(text(segment + "_Color"))});
+        if (!label) continue;
+        const auto layer = has_layers ? parse_integer(text(segment + "_Layer")) : std::nullopt;
+        layers[layer.value_or(0)].emplace(
+            *label, LabelEntry{text(segment + "_Name"), colour(text(segment + "_Color"))});
+    }
+    return layers;
+}
+
+// What the layers of a segmentation hold: "segments liver, 3".
+std::vector<std::string> describe(const std::map<std::int64_t, LabelTable>& layers, double count) {
+    constexpr double kMostLayers = 1000;
+    std::vector<std::string> out;
+    for (std::int64_t layer = 0; static_cast<double>(layer) < std::min(count, kMostLayers); ++layer) {
+        const auto found = layers.find(layer);
+        std::vector<std::string> names;
+        if (found != layers.end()) {
+            for (const auto& [label, entry] : found->second)
+                names.push_back(entry.name.empty() ? std::to_string(label) : entry.name);
+        }
+        out.push_back(names.empty() ? "no segments" : fmt::format("segments {}", fmt::join(names, ", ")));
     }
     return out;
 }
@@ -290,21 +309,6 @@ Axes find_axes(const Header& header, const std::vector<double>& sizes,
         header.refuse("besides three axes of space, only one other is supported, as the first or the last");
     return {{space[0], space[1], space[2]},
             others.empty() ? std::nullopt : std::optional<std::size_t>(others[0])};
-}
-
-// What the layers of a segmentation hold: "segments liver, 3".
-std::vector<std::string> describe_layers(const Header& header, double count) {
-    constexpr double kMostLayers = 1000;
-    std::vector<std::string> out;
-    bool found = false;
-    for (std::int64_t layer = 0; static_cast<double>(layer) < std::min(count, kMostLayers); ++layer) {
-        std::vector<std::string> names;
-        for (const auto& [label, entry] : segments(header, layer))
-            names.push_back(entry.name.empty() ? std::to_string(label) : entry.name);
-        found |= !names.empty();
-        out.push_back(names.empty() ? "no segments" : fmt::format("segments {}", fmt::join(names, ", ")));
-    }
-    return found ? out : std::vector<std::string>();
 }
 
 // Spacing and origin of headers without space directions, in mm. An axis without a unit of its own has that
@@ -473,9 +477,10 @@ RawImage read_nrrd_header(const std::filesystem::path& path, std::optional<std::
     const std::optional<std::size_t> volumes = read_geometry(header, sizes, image);
     read_data_location(header, image);
     const double count = volumes ? sizes[*volumes] : 1;
-    if (volumes) image.volume_names = describe_layers(header, count);
+    std::map<std::int64_t, LabelTable> layers = segments_by_layer(header, volumes.has_value());
+    if (volumes && !layers.empty()) image.volume_names = describe(layers, count);
     choose_volume(image, count, volume);
-    image.labels = segments(header, image.volume);
+    image.labels = std::move(layers[image.volume]);
 
     const bool bytes = image.type == StoredType::uint8 || image.type == StoredType::int8;
     const std::string endian = bytes ? "little" : to_lower(header.require("endian"));
