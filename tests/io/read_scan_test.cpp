@@ -107,7 +107,8 @@ TEST(ReadNrrd, KeysMayHaveColons) {
 TEST(ReadNrrd, HasTheNamesAndColoursOfSegments) {
     TemporaryFolder folder;
     const std::string keys =
-        "Segment1_Name:=left: kidney\r\nSegment1_LabelValue:=7\r\nSegment1_Color:=1 0.5 0\r\n"
+        "Segment1_Name:=left: kidney \\\\ cyst\\nlarge\r\nSegment1_LabelValue:=7\r\nSegment1_Color:=1 0.5 "
+        "0\r\n"
         "Segment0_LabelValue:=2\nSegment0_Color:=1 2 3\nSegment0_ID:=x\nSegment2_LabelValue:=none\n"
         "Segment0_Layer:=1\n";  // as if other layers had been left out
     const std::string space = "space: left-posterior-superior\n";
@@ -117,7 +118,7 @@ TEST(ReadNrrd, HasTheNamesAndColoursOfSegments) {
     ScanInfo info;
     read_scan(map, {}, &info);
     ASSERT_EQ(info.series.labels.size(), 2u);
-    EXPECT_EQ(info.series.labels.at(7).name, "left: kidney");
+    EXPECT_EQ(info.series.labels.at(7).name, "left: kidney \\ cyst\nlarge");
     EXPECT_EQ(info.series.labels.at(7).colour, (std::array<double, 3>{1, 0.5, 0}));
     EXPECT_EQ(info.series.labels.at(2).name, "");
     EXPECT_FALSE(info.series.labels.at(2).colour);

@@ -355,8 +355,8 @@ export interface LabelTable {
   /** The name of the file, for commandLine(). */
   readonly name: string;
   /**
-   * All labels of the map. A name or a colour that the table lacks is that of the file's own segment, or else as "label-7"
-   * and a colour that depends on the label.
+   * All labels of the map. A name or a colour that the table lacks is that of the file's own segment, or else
+   * "label-7" and a colour that depends on the label.
    */
   readonly labels: Label[];
 }
@@ -390,8 +390,8 @@ export interface LabelSurface extends Mesh {
 }
 
 /**
- * One closed surface for each label of a label map, in ascending order of labels. A signal stops the work at once where it
- * stops an extraction at once (ExtractOptions.signal), and the scan stays open.
+ * One closed surface for each label of a label map, in ascending order of labels. A signal stops the work at once where
+ * it stops an extraction at once (ExtractOptions.signal), and the scan stays open.
  */
 export function labels(scan: Scan, options?: LabelOptions): Promise<LabelSurface[]>;
 
@@ -431,7 +431,7 @@ export interface SmoothOptions extends WorkOptions {
 export function smooth(mesh: Mesh, options?: SmoothOptions):
   Promise<StepResult & { movedMean: number; movedMax: number; heldBack: number }>;
 
-/** When to stop: `keep` or `triangles`, `maxError`, or `maxError` with one of them, and then at the first that is reached. */
+/** When to stop: `keep` or `triangles`, `maxError`, or `maxError` with one of them: at the first that is reached. */
 export interface SimplifyOptions extends WorkOptions {
   /** The fraction of the triangles to keep, above 0 and at most 1. */
   keep?: number;
